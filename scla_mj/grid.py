@@ -1,0 +1,152 @@
+"""The grid world's discrete truth: cells, actions, who is next to whom, and what a shortest path earns."""
+
+from __future__ import annotations
+
+import enum
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Final, Literal, NamedTuple, get_args
+
+from scla_mj.errors import SclaError
+
+StartProtocol = Literal["any-start", "sensed-start"]
+PROTOCOLS: Final = get_args(StartProtocol)
+
+
+class Action(enum.IntEnum):
+    """The four moves, in the paper's order (Tables 3 and 4): up, down, left, right."""
+
+    UP = 0
+    DOWN = 1
+    LEFT = 2
+    RIGHT = 3
+
+    @property
+    def label(self) -> str:
+        """The action's name as files and tables carry it."""
+        return self.name.lower()
+
+    @property
+    def opposite(self) -> Action:
+        """The action that undoes this one."""
+        return Action(self ^ 1)
+
+    @property
+    def step(self) -> tuple[int, int]:
+        """The change of (x, y) in cells; x grows to the right, y upwards."""
+        return _STEPS[self]
+
+
+_STEPS: Final = ((0, 1), (0, -1), (-1, 0), (1, 0))
+
+
+class Cell(NamedTuple):
+    """A cell by its column x (rightwards) and row y (upwards), both from 1."""
+
+    x: int
+    y: int
+
+    def after(self, action: Action) -> Cell:
+        """Return the cell one step away, on the grid or not."""
+        dx, dy = action.step
+        return Cell(self.x + dx, self.y + dy)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A floor of `cells` = (W, H) square cells with one target and, where wanted, closed cells.
+
+    Raises:
+        SclaError: the grid has fewer than two open cells, or the target or a closed cell is not on it,
+            or some open cell cannot reach the target.
+    """
+
+    cells: tuple[int, int]
+    target: Cell
+    cell_size_m: float
+    closed: frozenset[Cell] = frozenset()
+    distances: dict[Cell, int] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        width, height = self.cells
+        if width < 1 or height < 1 or width * height < 2:
+            raise SclaError(f"--cells {width} {height} leaves no room to move: a grid wants at least two cells")
+        if self.cell_size_m <= 0:
+            raise SclaError(f"a cell size of {self.cell_size_m} m is not possible: it must be above 0")
+        for name, cell in [("target", self.target), *(("closed cell", cell) for cell in sorted(self.closed))]:
+            if not self.contains(cell):
+                raise SclaError(
+                    f"the {name} ({cell.x}, {cell.y}) is off the {width}x{height} grid: "
+                    f"x must be 1 to {width} and y 1 to {height}"
+                )
+        if self.target in self.closed:
+            raise SclaError(f"the target ({self.target.x}, {self.target.y}) is a closed cell: open it or move the target")
+        object.__setattr__(self, "distances", self._search())
+        lost = [cell for cell in self.open_cells() if cell not in self.distances]
+        if lost:
+            raise SclaError(f"the cell ({lost[0].x}, {lost[0].y}) is walled off from the target: open a way or close it too")
+        if len(self.distances) < 2:
+            raise SclaError("every cell but the target is closed: leave at least one open")
+
+    def contains(self, cell: Cell) -> bool:
+        """Tell whether the cell lies on the floor, closed or not."""
+        return 1 <= cell.x <= self.cells[0] and 1 <= cell.y <= self.cells[1]
+
+    def is_open(self, cell: Cell) -> bool:
+        """Tell whether a robot can stand in the cell."""
+        return self.contains(cell) and cell not in self.closed
+
+    def all_cells(self) -> list[Cell]:
+        """Every cell of the floor, by columns."""
+        return [Cell(x, y) for x in range(1, self.cells[0] + 1) for y in range(1, self.cells[1] + 1)]
+
+    def open_cells(self) -> list[Cell]:
+        """Every open cell, by columns."""
+        return [cell for cell in self.all_cells() if cell not in self.closed]
+
+    def after(self, cell: Cell, action: Action) -> Cell:
+        """Return where the action leads: the next cell, or the same one where a wall blocks it."""
+        beyond = cell.after(action)
+        return beyond if self.is_open(beyond) else cell
+
+    def neighbours(self, cell: Cell) -> list[tuple[Action, Cell]]:
+        """Return the open cells one action away, each with its action."""
+        return [(action, cell.after(action)) for action in Action if self.is_open(cell.after(action))]
+
+    def sensed_from(self, cell: Cell) -> Action | None:
+        """Return the direction in which the target lies next door, or None (the paper's sensor)."""
+        return next((action for action, beyond in self.neighbours(cell) if beyond == self.target), None)
+
+    def start_cells(self, protocol: StartProtocol) -> list[Cell]:
+        """Return the cells where a protocol re-spawns the robot, each equally likely (model section 3)."""
+        if protocol == "sensed-start":
+            return [cell for _, cell in self.neighbours(self.target)]
+        return [cell for cell in self.open_cells() if cell != self.target]
+
+    def ceiling_hits_per_1000(self, protocol: StartProtocol) -> float:
+        """Return what a shortest-path policy earns: 1000 / mean shortest path over the start cells, found by search."""
+        starts = self.start_cells(protocol)
+        return 1000.0 * len(starts) / sum(self.distances[cell] for cell in starts)
+
+    def centre_m(self, cell: Cell) -> tuple[float, float]:
+        """Return the cell's centre on the floor; the floor's own centre is the origin."""
+        width, height = self.cells
+        return ((cell.x - (width + 1) / 2) * self.cell_size_m, (cell.y - (height + 1) / 2) * self.cell_size_m)
+
+    def cell_at(self, x_m: float, y_m: float) -> Cell:
+        """Return the cell that holds a point of the floor; points beyond the walls belong to the nearest cell."""
+        width, height = self.cells
+        column = int((x_m / self.cell_size_m + width / 2) // 1) + 1
+        row = int((y_m / self.cell_size_m + height / 2) // 1) + 1
+        return Cell(min(max(column, 1), width), min(max(row, 1), height))
+
+    def _search(self) -> dict[Cell, int]:
+        """Breadth-first distances, in moves, from every reachable cell to the target."""
+        distances, queue = {self.target: 0}, deque([self.target])
+        while queue:
+            cell = queue.popleft()
+            for _, beyond in self.neighbours(cell):
+                if beyond not in distances:
+                    distances[beyond] = distances[cell] + 1
+                    queue.append(beyond)
+        return distances

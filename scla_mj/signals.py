@@ -1,0 +1,108 @@
+"""What crosses each arrow of the loop: sense, think, decide, command, step physics, record. Plain immutable data."""
+
+from __future__ import annotations
+
+import enum
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from scla_mj.grid import Action, Cell
+
+
+class Percept(NamedTuple):
+    """What the robot senses: its own cell, and the direction of the target if it is next door."""
+
+    cell: Cell
+    sensed: Action | None
+
+
+class Decision(NamedTuple):
+    """What a brain decided: the action, the automaton's advice if it gave one, and motor spike counts MU MD ML MR."""
+
+    action: Action
+    advised: Action | None = None
+    motor_spikes: tuple[int, int, int, int] | None = None
+
+
+class Outcome(enum.StrEnum):
+    """How a commanded move ended."""
+
+    MOVED = "moved"
+    BLOCKED = "blocked"
+    FAILED = "failed"
+
+
+TRAJECTORY_COLUMNS: Final = (
+    "time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz",
+    "wheel_left_rad", "wheel_right_rad", "command_left_rad_s", "command_right_rad_s",
+)  # fmt: skip
+
+
+class Move(NamedTuple):
+    """What the body did with one decision, from its physical pose.
+
+    `trajectory` has a row a control period and the columns of `TRAJECTORY_COLUMNS`; `time_s` counts from the run's start.
+    `fallen` says that the robot cannot drive on from where it lies.
+    """
+
+    outcome: Outcome
+    before: Cell
+    after: Cell
+    duration_s: float
+    position_error_m: float
+    heading_error_rad: float
+    fallen: bool
+    trajectory: NDArray[np.float64]
+
+
+class Feedback(NamedTuple):
+    """What a brain learns from: what it sensed, what it did, how that ended, and what it senses now."""
+
+    before: Percept
+    action: Action
+    outcome: Outcome
+    after: Percept
+    hit: bool
+
+
+class Activity(NamedTuple):
+    """What a spiking brain did during one decision.
+
+    `spike_step` counts neural steps from the decision's start and never falls; `spike_neuron` is the neuron's index.
+    The first `thinking_spikes` spikes fell into the thinking window of `thinking_steps` steps. `mean_weights` and
+    `dopamine` (one value a projection) are those at the decision's end.
+    """
+
+    spike_step: NDArray[np.int32]
+    spike_neuron: NDArray[np.int32]
+    thinking_spikes: int
+    thinking_steps: int
+    steps: int
+    mean_weights: NDArray[np.float64]
+    dopamine: NDArray[np.float64]
+
+
+class Snapshot(NamedTuple):
+    """A brain's memory: weights (8, 100, 100) if it has synapses, action probabilities (W, H, 4) if it has automata."""
+
+    weights: NDArray[np.float32] | NDArray[np.float64] | None = None
+    probabilities: NDArray[np.float64] | None = None
+
+
+class DecisionRecord(NamedTuple):
+    """One decision, whole: everything that a log or a recording may want, and nothing that can be written back.
+
+    `epoch` and `decision` count from 1; `time_s` is the run's time when the thinking window opened.
+    """
+
+    epoch: int
+    decision: int
+    time_s: float
+    percept: Percept
+    chosen: Decision
+    move: Move
+    hit: bool
+    activity: Activity | None
