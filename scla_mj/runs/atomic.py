@@ -1,0 +1,77 @@
+"""Files that are either whole or absent: written beside their place, synced, then moved onto it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from scla_mj.errors import SclaError
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield a temporary path beside `path`; what was written there becomes `path` if the block succeeds.
+
+    Raises:
+        SclaError: the folder cannot be written to, or the disk is full.
+    """
+    scratch = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield scratch
+        _sync(scratch)
+        scratch.replace(path)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def cannot_write(path: Path, error: OSError) -> SclaError:
+    """Return the one sentence for a file that cannot be written."""
+    return SclaError(f"cannot write {path}: {error.strerror or error}; free the disk or choose another RUN")
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write `content` as indented JSON, whole or not at all.
+
+    Raises:
+        SclaError: the file cannot be written.
+        ValueError: a number is not finite, which JSON cannot say.
+    """
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    with replacing(path) as scratch:
+        scratch.write_text(text + "\n", encoding="utf-8")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return the JSON object that a file holds.
+
+    Raises:
+        SclaError: the file is missing, unreadable, or no JSON object.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise cannot_read(path, error) from error
+    except (ValueError, RecursionError) as error:
+        raise SclaError(f"{path} is damaged: it must hold JSON ({error})") from error
+    if not isinstance(content, dict):
+        raise SclaError(f"{path} is damaged: it must hold a JSON object, not {type(content).__name__}")
+    return content
+
+
+def cannot_read(path: Path, error: OSError) -> SclaError:
+    """Return the one sentence for a file that is missing or cannot be read."""
+    if isinstance(error, FileNotFoundError):
+        return SclaError(f"{path} does not exist: choose a folder that `scla-mj rollout` wrote")
+    return SclaError(f"cannot read {path}: {error.strerror or error}; choose a readable run folder")
+
+
+def _sync(path: Path) -> None:
+    """Force the content to the disk, so that a power cut after the move cannot leave an empty file under the name."""
+    with path.open("rb+") as stream:
+        os.fsync(stream.fileno())

@@ -1,0 +1,102 @@
+"""`brain.npz`: a brain's memory as plain numpy arrays. The same arrays give the same bytes; nothing is pickled."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import NEURONS_PER_SIDE, PROJECTION_NAMES
+from scla_mj.errors import SclaError
+from scla_mj.grid import Action
+from scla_mj.paths import BRAIN_NPZ
+from scla_mj.runs.atomic import cannot_read, replacing
+from scla_mj.signals import Snapshot
+
+WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
+PROBABILITY_TOLERANCE: Final = 1e-6
+"""Far above the rounding of four summed float64 numbers, far below any visible change of a policy."""
+
+_ZIP_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
+_UNIX: Final = 3
+
+
+def write_brain(folder: Path, snapshot: Snapshot) -> None:
+    """Write `brain.npz`: `weights` (8, 100, 100), their `projections` (8,), `probabilities` (W, H, 4), those there are.
+
+    Raises:
+        SclaError: the folder cannot be written to.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    if snapshot.weights is not None:
+        arrays["weights"] = snapshot.weights
+        arrays["projections"] = np.array(PROJECTION_NAMES)
+    if snapshot.probabilities is not None:
+        arrays["probabilities"] = snapshot.probabilities
+    with replacing(Path(folder) / BRAIN_NPZ) as scratch, zipfile.ZipFile(scratch, "w") as archive:
+        for name, array in arrays.items():
+            _write_member(archive, name, array)
+
+
+def read_brain(folder: Path) -> Snapshot:
+    """Return the memory that a run's `brain.npz` holds.
+
+    Raises:
+        SclaError: the file is missing, damaged, or holds something else; the sentence names it.
+    """
+    path = Path(folder) / BRAIN_NPZ
+    arrays = _read_members(path)
+    for name in arrays:
+        if name not in ("weights", "projections", "probabilities"):
+            raise SclaError(
+                f"{path} is no brain of ours: it holds {name!r}, known are weights, projections, probabilities"
+            )
+    return Snapshot(_checked_weights(path, arrays), _checked_probabilities(path, arrays))
+
+
+def _write_member(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> None:
+    """Add an array under a fixed date and system, so that the bytes depend on the array alone."""
+    member = zipfile.ZipInfo(f"{name}.npy", date_time=_ZIP_EPOCH)
+    member.create_system = _UNIX
+    with archive.open(member, "w", force_zip64=True) as stream:
+        np.lib.format.write_array(stream, np.ascontiguousarray(array), allow_pickle=False)
+
+
+def _read_members(path: Path) -> dict[str, NDArray[Any]]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except OSError as error:
+        raise cannot_read(path, error) from error
+    except Exception as error:  # zipfile, zlib and numpy raise a dozen kinds on damaged bytes
+        raise SclaError(f"{path} is damaged: it must hold numpy arrays ({type(error).__name__})") from error
+
+
+def _checked_weights(path: Path, arrays: dict[str, NDArray[Any]]) -> NDArray[Any] | None:
+    weights = arrays.get("weights")
+    if weights is None:
+        return None
+    if weights.shape != WEIGHTS_SHAPE or weights.dtype not in (np.float32, np.float64):
+        raise SclaError(f"{path}: weights are {weights.dtype} {weights.shape}, they must be floats of {WEIGHTS_SHAPE}")
+    if not np.isfinite(weights).all():
+        raise SclaError(f"{path} is damaged: every weight must be a finite number")
+    if tuple(arrays.get("projections", ())) != PROJECTION_NAMES:
+        raise SclaError(f"{path}: projections must name the weights: {', '.join(PROJECTION_NAMES)}")
+    return weights
+
+
+def _checked_probabilities(path: Path, arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64] | None:
+    probabilities = arrays.get("probabilities")
+    if probabilities is None:
+        return None
+    if probabilities.dtype != np.float64 or probabilities.ndim != 3 or probabilities.shape[2] != len(Action):
+        raise SclaError(
+            f"{path}: probabilities are {probabilities.dtype} {probabilities.shape}, they must be float64 (W, H, 4)"
+        )
+    sums_off = np.abs(probabilities.sum(axis=2) - 1.0)
+    if not (probabilities.min(initial=0.0) >= 0.0 and sums_off.max(initial=0.0) <= PROBABILITY_TOLERANCE):
+        raise SclaError(f"{path} is damaged: every cell's probabilities must be 0 or more and sum to 1")
+    return probabilities

@@ -1,0 +1,247 @@
+"""`decisions.parquet`, a row a decision, written as the run goes.
+
+Rows go in whole batches into an Arrow stream, `decisions.partial.arrows`, which stays readable up to its last batch
+whatever kills the run. Closing the log turns the stream, batch by batch, into the Parquet file. The same rows give the
+same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from scla_mj.anatomy import MOTOR
+from scla_mj.errors import SclaError
+from scla_mj.grid import Action
+from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
+from scla_mj.runs.atomic import cannot_read, cannot_write, replacing
+from scla_mj.signals import DecisionRecord, Outcome
+
+BATCH_ROWS: Final = 250
+"""Decisions that a kill can lose at most: some seconds of a run, and a batch small enough to cost nothing."""
+ROW_GROUP_ROWS: Final = 16_384
+"""Rows of a Parquet row group: a few hundred kilobytes of memory when a log is closed."""
+
+NONE: Final = "none"
+SPIKE_COLUMNS: Final = tuple(f"spikes_{population.name}" for population in MOTOR)
+DIRECTIONS: Final = frozenset(action.label for action in Action)
+
+SCHEMA: Final = pa.schema(
+    [
+        *(pa.field(name, pa.int32(), nullable=False) for name in ("epoch", "decision")),
+        pa.field("time_s", pa.float64(), nullable=False),
+        *(pa.field(name, pa.int32(), nullable=False) for name in ("x", "y")),
+        *(pa.field(name, pa.string(), nullable=False) for name in ("sensed", "advised", "action")),
+        *(pa.field(name, pa.int32(), nullable=False) for name in ("to_x", "to_y")),
+        pa.field("outcome", pa.string(), nullable=False),
+        pa.field("hit", pa.bool_(), nullable=False),
+        *(
+            pa.field(name, pa.float64(), nullable=False)
+            for name in ("duration_s", "position_error_m", "heading_error_rad")
+        ),
+        *(pa.field(name, pa.int32()) for name in SPIKE_COLUMNS),
+    ]
+)
+"""Columns as `docs` names them; the spike counts are null for a brain without neurons."""
+
+_LABELS: Final = {
+    "sensed": DIRECTIONS | {NONE},
+    "advised": DIRECTIONS | {NONE},
+    "action": DIRECTIONS,
+    "outcome": frozenset(outcome.value for outcome in Outcome),
+}
+
+
+def row(record: DecisionRecord) -> tuple[Any, ...]:
+    """Return one decision as a row of `SCHEMA`."""
+    before, chosen, move = record.percept.cell, record.chosen, record.move
+    return (
+        record.epoch,
+        record.decision,
+        record.time_s,
+        *before,
+        _label(record.percept.sensed),
+        _label(chosen.advised),
+        chosen.action.label,
+        *move.after,
+        move.outcome.value,
+        record.hit,
+        move.duration_s,
+        move.position_error_m,
+        move.heading_error_rad,
+        *(chosen.motor_spikes or (None,) * len(SPIKE_COLUMNS)),
+    )
+
+
+class DecisionLog:
+    """Writes every decision of a run into its folder; a context manager that closes itself.
+
+    Raises:
+        SclaError: the folder already has a log, or cannot be written to.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = Path(folder)
+        self._rows: list[tuple[Any, ...]] = []
+        self._broken = False
+        self._partial = self._folder / DECISIONS_PARTIAL
+        if (self._folder / DECISIONS_PARQUET).exists():
+            raise SclaError(f"{self._folder} already holds the decisions of a run: choose another RUN")
+        try:
+            self._stream = self._partial.open("xb")
+            self._writer = pa.ipc.new_stream(self._stream, SCHEMA)
+            self._stream.flush()
+        except FileExistsError as error:
+            raise SclaError(f"{self._folder} is in use by another run: choose another RUN") from error
+        except OSError as error:
+            raise cannot_write(self._partial, error) from error
+
+    def write(self, record: DecisionRecord) -> None:
+        """Add one decision; it is on disk within `BATCH_ROWS` decisions, or when the next epoch begins.
+
+        Raises:
+            SclaError: the disk is full or the folder has gone.
+        """
+        if self._rows and record.epoch != self._rows[-1][0]:
+            self.flush()
+        self._rows.append(row(record))
+        if len(self._rows) >= BATCH_ROWS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Put the decisions so far on disk, whatever their number.
+
+        Raises:
+            SclaError: the disk is full or the folder has gone.
+        """
+        if not self._rows:
+            return
+        columns = [
+            pa.array(column, field.type) for column, field in zip(zip(*self._rows, strict=True), SCHEMA, strict=True)
+        ]
+        try:
+            self._writer.write_batch(pa.record_batch(columns, schema=SCHEMA))
+            self._stream.flush()
+        except BaseException as error:
+            self._broken = True  # half a batch may lie at the stream's end: nothing may follow it
+            if isinstance(error, OSError):
+                raise cannot_write(self._partial, error) from error
+            raise
+        self._rows.clear()
+
+    def close(self) -> None:
+        """Write `decisions.parquet` and remove the partial stream; closing twice is harmless.
+
+        After a failed write the partial stream is left as it is, readable up to its last whole batch.
+
+        Raises:
+            SclaError: the disk is full or the folder has gone; the partial stream then stays.
+        """
+        if self._stream.closed:
+            return
+        try:
+            if not self._broken:
+                self.flush()
+                self._writer.close()
+        finally:
+            with suppress(OSError):
+                self._stream.close()
+        if self._broken:
+            return
+        with replacing(self._folder / DECISIONS_PARQUET) as scratch:
+            _write_parquet(scratch, _whole_batches(self._partial))
+        self._partial.unlink()
+
+    def __enter__(self) -> DecisionLog:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def read_decisions(folder: Path) -> pa.Table:
+    """Return a run's decisions: all of them, or for a killed run those up to its last whole batch.
+
+    Raises:
+        SclaError: the folder has no decisions, or the file is damaged or foreign.
+    """
+    parquet = Path(folder) / DECISIONS_PARQUET
+    partial = Path(folder) / DECISIONS_PARTIAL
+    path = partial if partial.exists() and not parquet.exists() else parquet
+    try:
+        table = _read_parquet(path) if path == parquet else pa.Table.from_batches(_whole_batches(path), SCHEMA)
+        table.validate(full=True)
+    except FileNotFoundError as error:
+        raise cannot_read(path, error) from error
+    except (OSError, pa.ArrowException, MemoryError, ValueError) as error:
+        raise SclaError(f"{path} is damaged: it must hold the decisions of a run ({_first_line(error)})") from error
+    _check(path, table)
+    return table
+
+
+def _check(path: Path, table: pa.Table) -> None:
+    if not table.schema.equals(SCHEMA):
+        raise SclaError(f"{path} is no table of decisions: its columns must be {', '.join(SCHEMA.names)}")
+    for name, allowed in _LABELS.items():
+        foreign = sorted(set(table[name].unique().to_pylist()) - allowed)
+        if foreign:
+            raise SclaError(
+                f"{path} is damaged: {name} is {foreign[0]!r}, it must be one of {', '.join(sorted(allowed))}"
+            )
+
+
+def _read_parquet(path: Path) -> pa.Table:
+    return pq.read_table(path, page_checksum_verification=True)
+
+
+def _write_parquet(path: Path, batches: Iterator[pa.RecordBatch]) -> None:
+    """Write row groups of `ROW_GROUP_ROWS`, so that the bytes do not depend on how the rows came in batches."""
+    waiting = SCHEMA.empty_table()
+    with pq.ParquetWriter(path, SCHEMA, compression="zstd", write_page_checksum=True) as writer:
+        for batch in batches:
+            waiting = pa.concat_tables([waiting, pa.Table.from_batches([batch])])
+            if waiting.num_rows >= ROW_GROUP_ROWS:
+                writer.write_table(waiting.slice(0, ROW_GROUP_ROWS).combine_chunks())
+                waiting = waiting.slice(ROW_GROUP_ROWS)
+        if waiting.num_rows:
+            writer.write_table(waiting.combine_chunks())
+
+
+def _whole_batches(path: Path) -> Iterator[pa.RecordBatch]:
+    """Yield the batches of a stream; one that a kill cut short ends it, as the stream's own end does."""
+    with path.open("rb") as file:
+        if _is_cut_header(file.read(len(_HEADER))):
+            return
+        file.seek(0)
+        stream = pa.ipc.open_stream(file)
+        if not stream.schema.equals(SCHEMA):
+            raise pa.ArrowInvalid("it holds other columns")
+        try:
+            yield from stream
+        except (pa.ArrowInvalid, OSError):
+            if file.read(1):
+                raise  # damage before the end is no cut
+
+
+_HEADER: Final = SCHEMA.serialize().to_pybytes()
+
+
+def _is_cut_header(start: bytes) -> bool:
+    """Tell whether a run was killed before even the stream's header was on disk."""
+    return len(start) < len(_HEADER) and _HEADER.startswith(start)
+
+
+def _label(action: Action | None) -> str:
+    return NONE if action is None else action.label
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

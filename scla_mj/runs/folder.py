@@ -1,0 +1,95 @@
+"""The run folder itself: made once, never over another run; opened again only if it holds one."""
+
+from __future__ import annotations
+
+import dataclasses
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from scla_mj import __version__, paths
+from scla_mj.config import RunConfig
+from scla_mj.errors import SclaError
+from scla_mj.runs.atomic import cannot_write, read_json, write_json
+from scla_mj.runs.settings import settings_from_json
+
+RUN_FILES: Final = (
+    paths.CONFIG_JSON,
+    paths.DECISIONS_PARQUET,
+    paths.DECISIONS_PARTIAL,
+    paths.SUMMARY_JSON,
+    paths.BRAIN_NPZ,
+    paths.EPOCHS_PNG,
+    paths.WEIGHTS_PNG,
+    paths.POLICY_PNG,
+    paths.RECORDING_RRD,
+)
+PACKAGES: Final = ("mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow")
+
+_VERSIONS: Final = "versions"
+
+
+class Run(NamedTuple):
+    """A run folder and the configuration that made it."""
+
+    path: Path
+    config: RunConfig
+
+    def file(self, name: str) -> Path:
+        """Return the path of one of the run's files (see `scla_mj.paths`)."""
+        return self.path / name
+
+
+def create(path: Path, config: RunConfig) -> Run:
+    """Make the folder, parents too, and write `config.json` into it.
+
+    Raises:
+        SclaError: the path holds a run already, is no folder, or cannot be written to.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        present = sorted(set(RUN_FILES).intersection(entry.name for entry in path.iterdir()))
+    except FileExistsError as error:
+        raise SclaError(f"{path} is a file, not a folder: choose another RUN") from error
+    except OSError as error:
+        raise cannot_write(path, error) from error
+    if present:
+        raise SclaError(f"{path} already holds a run ({present[0]} is there): choose another RUN or move that one away")
+    write_json(path / paths.CONFIG_JSON, {**dataclasses.asdict(config), _VERSIONS: package_versions()})
+    return Run(path, config)
+
+
+def open_run(path: Path) -> Run:
+    """Return the run that a folder holds.
+
+    Raises:
+        SclaError: there is no such folder, or its `config.json` is missing, foreign or damaged.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        raise SclaError(f"{path} is no run folder: choose one that `scla-mj rollout` wrote")
+    return Run(path, load_config(path / paths.CONFIG_JSON))
+
+
+def load_config(path: Path) -> RunConfig:
+    """Return the configuration that a `config.json` holds, checked like one from the command line.
+
+    Raises:
+        SclaError: the file is missing or damaged, or a key or value is not possible; the sentence names it.
+    """
+    content = read_json(path)
+    content.pop(_VERSIONS, None)
+    config = settings_from_json(RunConfig, content, str(path))
+    try:
+        config.check()
+    except SclaError as error:
+        raise SclaError(f"{path}: {error}") from error
+    return config
+
+
+def package_versions() -> dict[str, str]:
+    """Return the versions of whatever can change a run's bits, the interpreter and the platform included."""
+    versions = {name: metadata.version(name) for name in PACKAGES}
+    return {"scla-mj": __version__, **versions, "python": platform.python_version(), "platform": platform.platform()}

@@ -1,0 +1,60 @@
+"""The mean weights over a run's time, thinned so that its memory does not grow with the run."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import PROJECTION_NAMES
+from scla_mj.signals import DecisionRecord
+
+CAPACITY: Final = 2048
+"""Points kept at most: more than a figure has pixels across."""
+
+
+class WeightCurve(NamedTuple):
+    """Samples of the 8 mean weights: the run's decision (n,), its time (n,) and the means (n, 8)."""
+
+    decision: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    mean_weights: NDArray[np.float64]
+
+
+class WeightHistory:
+    """Keeps every stride-th decision's mean weights; when full it drops every other sample and doubles the stride."""
+
+    def __init__(self, capacity: int = CAPACITY) -> None:
+        self._decision = np.zeros(capacity, dtype=np.int64)
+        self._time_s = np.zeros(capacity)
+        self._means = np.zeros((capacity, len(PROJECTION_NAMES)))
+        self._seen = self._kept = 0
+        self._stride = 1
+
+    def add(self, record: DecisionRecord) -> None:
+        """Take the mean weights at the end of a decision; a brain without synapses adds nothing."""
+        if record.activity is None:
+            return
+        self._seen += 1
+        if (self._seen - 1) % self._stride:
+            return
+        if self._kept == len(self._decision):
+            self._thin()
+            if (self._seen - 1) % self._stride:
+                return
+        self._decision[self._kept] = self._seen
+        self._time_s[self._kept] = record.time_s
+        self._means[self._kept] = record.activity.mean_weights
+        self._kept += 1
+
+    def curve(self) -> WeightCurve:
+        """Return a copy of the samples so far."""
+        kept = slice(0, self._kept)
+        return WeightCurve(self._decision[kept].copy(), self._time_s[kept].copy(), self._means[kept].copy())
+
+    def _thin(self) -> None:
+        half = (self._kept + 1) // 2
+        for samples in (self._decision, self._time_s, self._means):
+            samples[:half] = samples[: self._kept : 2].copy()
+        self._kept, self._stride = half, self._stride * 2
