@@ -1,0 +1,78 @@
+"""Cellular learning automata: an action-probability vector in every cell, and the schemes that change it.
+
+Narendra and Thathachar 1989. With reward rate a, penalty rate b, r actions and action i taken:
+reward  p_i += a (1 - p_i),  p_j *= 1 - a;  penalty  p_i *= 1 - b,  p_j = b / (r - 1) + (1 - b) p_j.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.grid import Action, Cell
+
+if TYPE_CHECKING:
+    from scla_mj.config import AutomatonConfig
+
+_ACTIONS: Final = len(Action)
+
+
+class LearningAutomata:
+    """One learning automaton a cell. `probabilities`, (W, H, 4), hold up, down, left, right and start alike."""
+
+    def __init__(self, cells: tuple[int, int], config: AutomatonConfig, *, rng: np.random.Generator) -> None:
+        self.probabilities = np.full((*cells, _ACTIONS), 1.0 / _ACTIONS)
+        self._scheme = config.scheme
+        self._reward_rate = config.reward_rate
+        self._penalty_rate = _penalty_rate(config)
+        self._rng = rng
+
+    def draw(self, cell: Cell) -> Action:
+        """Draw an action from the cell's probabilities."""
+        reached = self._rng.random() < np.cumsum(self._vector(cell))
+        return Action(int(np.argmax(reached))) if reached.any() else self.best(cell)
+
+    def best(self, cell: Cell) -> Action:
+        """Return the cell's most probable action."""
+        return Action(int(np.argmax(self._vector(cell))))
+
+    def reward(self, cell: Cell, action: Action, *, weight: float = 1.0) -> None:
+        """The network signals that the action was good; `weight`, 0 to 1, scales the reward rate."""
+        vector, rate = self._vector(cell), self._reward_rate * weight
+        if self._scheme == "opposite-pair":
+            _shift(vector, source=action.opposite, sink=action, fraction=rate)
+            return
+        vector *= 1.0 - rate
+        vector[action] += rate
+
+    def penalise(self, cell: Cell, action: Action) -> None:
+        """The network signals that the action was bad."""
+        vector, rate = self._vector(cell), self._penalty_rate
+        if self._scheme == "opposite-pair":
+            _shift(vector, source=action, sink=action.opposite, fraction=rate)
+            return
+        kept = vector[action] * (1.0 - rate)
+        vector *= 1.0 - rate
+        vector += rate / (_ACTIONS - 1)
+        vector[action] = kept
+
+    def _vector(self, cell: Cell) -> NDArray[np.float64]:
+        vector: NDArray[np.float64] = self.probabilities[cell.x - 1, cell.y - 1]
+        return vector
+
+
+def _penalty_rate(config: AutomatonConfig) -> float:
+    if config.scheme == "reward-inaction":
+        return 0.0
+    if config.scheme == "reward-epsilon-penalty":
+        return config.epsilon * config.penalty_rate
+    return config.penalty_rate
+
+
+def _shift(vector: NDArray[np.float64], *, source: Action, sink: Action, fraction: float) -> None:
+    """Move a fraction of one action's probability to another; the two on either side keep theirs (the paper's text)."""
+    moved = fraction * vector[source]
+    vector[source] -= moved
+    vector[sink] += moved

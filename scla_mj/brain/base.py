@@ -1,0 +1,39 @@
+"""What a brain is to the loop: percept in, decision out, reward in."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
+
+from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Brain(ABC):
+    """A decision maker. A new one needs `decide` and `learn`; the rest matters only to brains with neurons."""
+
+    @abstractmethod
+    def decide(self, percept: Percept) -> Decision:
+        """Choose an action; for a spiking brain this is one thinking window of network time."""
+
+    @abstractmethod
+    def learn(self, feedback: Feedback) -> None:
+        """Take what came of the last decision; called once after every move."""
+
+    def elapse(self, duration_s: float) -> None:
+        """Let time pass while the robot drives; `duration_s` is a whole number of control periods."""
+
+    def activity(self) -> Activity | None:
+        """Return what the neurons did since the last `decide` began, or None for a brain without neurons."""
+        return None
+
+    def mean_weights(self) -> NDArray[np.float64] | None:
+        """Return the mean weight of each projection, shape (8,), or None for a brain without synapses."""
+        return None
+
+    def snapshot(self) -> Snapshot:
+        """Return a copy of what the brain has learnt."""
+        return Snapshot()

@@ -1,0 +1,1 @@
+"""1000 Izhikevich neurons with dopamine-modulated STDP, compiled."""

@@ -1,0 +1,235 @@
+"""The compiled step of the network: neurons, then dopamine and eligibility, then spikes.
+
+The order of the work inside one step is fixed and named (docs/model.md):
+1. `_integrate`: the step's current, equations 1 and 2, threshold at the step's end, reset.
+2. `_decay`: STDP traces, dopamine and eligibility; weights gather eligibility times dopamine.
+3. `_sensory_spike` for each: deliver weights to the next step, depress eligibility, raise the presynaptic trace.
+4. `_motor_spike` for each: potentiate eligibility, raise the postsynaptic trace.
+5. `_inhibit`: the fixed wiring, alike for whole populations.
+
+Eligibility c and weight w of 80,000 synapses are kept lazily. With E = `decayed` = exp(-t / tau_c) and
+G = `gathered` = the sum of rate E d since the last `settle`, a synapse without spikes keeps Z = `scaled` = c / E and
+A = `anchor` = w - Z G constant, so c = Z E and w = clip(A + Z G) need no work at all. This is exact while Z and d keep
+their signs: a spike re-anchors its synapses, and dopamine is released only right after `settle`.
+"""
+
+# No `from __future__ import annotations`: numba reads nothing from annotations, readers do.
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+
+from scla_mj.anatomy import EXCITATORY_COUNT, INHIBITORY, MOTOR, NEURON_COUNT, POPULATIONS, PROJECTIONS, SENSORY
+from scla_mj.brain.network.parameters import NeuronConstants, Parameters
+from scla_mj.brain.network.state import NetworkState
+from scla_mj.grid import Action
+
+_SIDES: Final = len(Action)
+_SIDE_SIZE: Final = SENSORY[0].size
+_MOTOR_START: Final = MOTOR[0].start
+_INHIBITORY_START: Final = INHIBITORY[0].start
+_INHIBITORY_SIZE: Final = INHIBITORY[0].size
+_POPULATION_STARTS: Final = np.array([p.start for p in POPULATIONS] + [NEURON_COUNT])
+_POPULATION_OF: Final = np.repeat(np.arange(len(POPULATIONS)), [p.size for p in POPULATIONS])
+_MOTOR_OF: Final = np.array([int(p.motor) for p in PROJECTIONS])
+_SENSOR_OF: Final = np.array([int(p.sensor) for p in PROJECTIONS])
+_OUT_OF_SENSOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.sensor == side] for side in Action])
+_INTO_MOTOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.motor == side] for side in Action])
+
+
+@njit(cache=True, nogil=True)
+def next_noise(low: Any, high: Any, i: int) -> Any:
+    """Return lane i's next 32 random bits (xoroshiro64*, Blackman and Vigna 2018), as a signed integer.
+
+    Every result is cast back to 32 bits: numba computes with 64, and the bits shifted out would come back.
+    """
+    s0 = low[i]
+    s1 = np.uint32(high[i] ^ s0)
+    low[i] = np.uint32(np.uint32((s0 << np.uint32(26)) | (s0 >> np.uint32(6))) ^ s1) ^ np.uint32(s1 << np.uint32(9))
+    high[i] = np.uint32((s1 << np.uint32(13)) | (s1 >> np.uint32(19)))
+    return np.int32(np.uint32(s0 * np.uint32(0x9E3779BB)))
+
+
+@njit(cache=True, nogil=True)
+def _add_noise(state: NetworkState, amplitude: Any, unit: Any) -> None:
+    real = state.synaptic.dtype.type
+    for i in range(NEURON_COUNT):
+        bits = next_noise(state.noise_low, state.noise_high, i)
+        state.synaptic[i] += amplitude[i] * (unit * real(bits))
+
+
+@njit(cache=True, nogil=True)
+def _advance(state: NetworkState, start: int, stop: int, cell: NeuronConstants) -> None:
+    """Equations 1 and 2 for neurons [start, stop): v in two half steps with the old u, then u from the new v."""
+    for i in range(start, stop):
+        v, u, current = state.v[i], state.u[i], state.synaptic[i]
+        v += cell.half_step * (cell.quadratic * v * v + cell.linear * v + cell.offset - u + current)
+        v += cell.half_step * (cell.quadratic * v * v + cell.linear * v + cell.offset - u + current)
+        u += cell.rate * (cell.sensitivity * v - u)
+        fired = v >= cell.peak
+        state.fired[i] = fired
+        state.v[i] = cell.reset_v if fired else v
+        state.u[i] = u + cell.reset_u if fired else u
+
+
+@njit(cache=True, nogil=True)
+def _integrate(state: NetworkState, parameters: Parameters, drive: Any) -> None:
+    pulse = parameters.excitatory.pulse
+    for i in range(NEURON_COUNT):
+        state.synaptic[i] = drive[i] + pulse * state.synaptic[i]
+    _add_noise(state, parameters.noise_amplitude, parameters.noise_unit)
+    _advance(state, 0, EXCITATORY_COUNT, parameters.excitatory)
+    _advance(state, EXCITATORY_COUNT, NEURON_COUNT, parameters.inhibitory)
+    state.synaptic[:] = parameters.plasticity.zero
+
+
+@njit(cache=True, nogil=True)
+def _decay(state: NetworkState, parameters: Parameters) -> None:
+    p = parameters.plasticity
+    for i in range(EXCITATORY_COUNT):
+        trace = state.trace[i] * p.trace_decay
+        state.trace[i] = trace if trace >= p.trace_floor else p.zero
+    state.decayed[0] *= p.eligibility_decay
+    for k in range(state.dopamine.shape[0]):
+        dopamine = state.dopamine[k] * p.dopamine_decay
+        state.dopamine[k] = dopamine if abs(dopamine) >= p.floor else p.zero
+        state.gathered[k] += p.learning_rate * state.dopamine[k] * state.decayed[0]
+
+
+@njit(cache=True, nogil=True)
+def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int) -> None:
+    """Deliver both rows of weights; depress their eligibility by the postsynaptic traces."""
+    p = parameters.plasticity
+    row = neuron % _SIDE_SIZE
+    depression = p.depression / state.decayed[0]
+    for k in _OUT_OF_SENSOR[neuron // _SIDE_SIZE]:
+        first = _MOTOR_START + _MOTOR_OF[k] * _SIDE_SIZE
+        current = state.synaptic[first : first + _SIDE_SIZE]
+        trace = state.trace[first : first + _SIDE_SIZE]
+        anchor, scaled, gathered = state.anchor[k, row], state.scaled[k, row], state.gathered[k]
+        if gathered == p.zero:
+            for j in range(_SIDE_SIZE):
+                current[j] += anchor[j]
+                scaled[j] -= depression * trace[j]
+            continue
+        for j in range(_SIDE_SIZE):
+            weight = min(max(anchor[j] + scaled[j] * gathered, p.zero), p.weight_max)
+            current[j] += weight
+            scaled[j] -= depression * trace[j]
+            anchor[j] = weight - scaled[j] * gathered
+    state.trace[neuron] += p.one
+
+
+@njit(cache=True, nogil=True)
+def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int) -> None:
+    """Potentiate both columns of eligibility by the presynaptic traces, this step's sensory spikes included."""
+    p = parameters.plasticity
+    column = neuron % _SIDE_SIZE
+    potentiation = p.potentiation / state.decayed[0]
+    for k in _INTO_MOTOR[neuron // _SIDE_SIZE - _SIDES]:
+        first = _SENSOR_OF[k] * _SIDE_SIZE
+        trace = state.trace[first : first + _SIDE_SIZE]
+        anchor, scaled, gathered = state.anchor[k], state.scaled[k], state.gathered[k]
+        if gathered == p.zero:
+            for i in range(_SIDE_SIZE):
+                scaled[i, column] += potentiation * trace[i]
+            continue
+        for i in range(_SIDE_SIZE):
+            weight = min(max(anchor[i, column] + scaled[i, column] * gathered, p.zero), p.weight_max)
+            scaled[i, column] += potentiation * trace[i]
+            anchor[i, column] = weight - scaled[i, column] * gathered
+    state.trace[neuron] += p.one
+
+
+@njit(cache=True, nogil=True)
+def _add_current(state: NetworkState, population: int, current: Any) -> None:
+    for i in range(_POPULATION_STARTS[population], _POPULATION_STARTS[population + 1]):
+        state.synaptic[i] += current
+
+
+@njit(cache=True, nogil=True)
+def _inhibit(state: NetworkState, parameters: Parameters, step_counts: Any) -> None:
+    """Motor populations excite their own inhibitory population, which inhibits the three other motor populations."""
+    real = state.synaptic.dtype.type
+    inhibition = step_counts[2 * _SIDES :].sum()
+    for side in range(_SIDES):
+        others = inhibition - step_counts[2 * _SIDES + side]
+        if others:
+            _add_current(state, _SIDES + side, parameters.inhibitory_to_motor * real(others))
+        own = step_counts[_SIDES + side]
+        if own:
+            _add_current(state, 2 * _SIDES + side, parameters.motor_to_inhibitory * real(own))
+
+
+@njit(cache=True, nogil=True)
+def _route_spikes(state: NetworkState, parameters: Parameters, neurons: Any, counts: Any) -> None:
+    """Pass on this step's spikes, `neurons` in ascending order, and add them to the (12,) `counts`."""
+    step_counts = np.zeros(counts.shape[0], np.int64)
+    for neuron in neurons:
+        if neuron < _MOTOR_START:
+            _sensory_spike(state, parameters, neuron)
+        elif neuron < _INHIBITORY_START:
+            _motor_spike(state, parameters, neuron)
+        step_counts[_POPULATION_OF[neuron]] += 1
+    _inhibit(state, parameters, step_counts)
+    counts += step_counts
+
+
+@njit(cache=True, nogil=True)
+def _list_spikes(fired: Any, neurons: Any) -> int:
+    """Write the indices of the neurons that fired, looking at eight at a time; return how many."""
+    count = 0
+    octets = fired.view(np.uint64)
+    for octet in range(octets.shape[0]):
+        if octets[octet]:
+            for neuron in range(8 * octet, 8 * octet + 8):
+                if fired[neuron]:
+                    neurons[count] = neuron
+                    count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def settle(state: NetworkState, parameters: Parameters) -> None:
+    """Write the lazy weights and eligibilities out: afterwards `anchor` is w and `scaled` is c."""
+    p = parameters.plasticity
+    decayed = state.decayed[0]
+    for k in range(state.gathered.shape[0]):
+        gathered = state.gathered[k]
+        anchor, scaled = state.anchor[k].reshape(-1), state.scaled[k].reshape(-1)
+        if gathered != p.zero:
+            for i in range(anchor.shape[0]):
+                anchor[i] = min(max(anchor[i] + scaled[i] * gathered, p.zero), p.weight_max)
+        for i in range(scaled.shape[0]):
+            eligibility = scaled[i] * decayed
+            scaled[i] = eligibility if abs(eligibility) >= p.floor else p.zero
+        state.gathered[k] = p.zero
+    state.decayed[0] = p.one
+
+
+@njit(cache=True, nogil=True)
+def run(
+    state: NetworkState,
+    parameters: Parameters,
+    drive: Any,
+    steps: int,
+    first_step: int,
+    spike_step: Any,
+    spike_neuron: Any,
+    counts: Any,
+) -> int:
+    """Advance the network by `steps` steps under a constant `drive`, (1000,), one current a neuron; then settle.
+
+    Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, which must
+    hold 1000 a step; adds the spikes of each population to `counts`, (12,) int64; returns the number of spikes.
+    """
+    total = 0
+    for step in range(first_step, first_step + steps):
+        _integrate(state, parameters, drive)
+        _decay(state, parameters)
+        count = _list_spikes(state.fired, spike_neuron[total:])
+        spike_step[total : total + count] = step
+        _route_spikes(state, parameters, spike_neuron[total : total + count], counts)
+        total += count
+    settle(state, parameters)
+    return total

@@ -1,0 +1,103 @@
+"""The network as the brain uses it: drive populations, read their spikes, release dopamine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import NEURON_COUNT, POPULATIONS, PROJECTIONS
+from scla_mj.brain.network import kernel
+from scla_mj.brain.network.parameters import build_parameters
+from scla_mj.brain.network.state import initial_state
+from scla_mj.errors import SclaError
+
+if TYPE_CHECKING:
+    from scla_mj.config import NetworkConfig, PlasticityConfig
+
+# The lazy eligibility is scaled by exp(-t / tau_c) within one call of the kernel; a call this short keeps it in range.
+_STEPS_A_CALL: Final = 1000
+
+
+class Spikes(NamedTuple):
+    """The spikes of one stretch of time: their steps and neurons, and the count of each population, (12,)."""
+
+    step: NDArray[np.int32]
+    neuron: NDArray[np.int32]
+    counts: NDArray[np.int64]
+
+
+class Network:
+    """1000 Izhikevich neurons, 80,000 plastic synapses, dopamine (paper, Tables 3 and 4, equations 1 to 4)."""
+
+    def __init__(
+        self,
+        network: NetworkConfig,
+        plasticity: PlasticityConfig,
+        *,
+        neural_step_ms: float,
+        weights: np.random.Generator,
+        noise: np.random.SeedSequence,
+    ) -> None:
+        self._real = np.dtype(network.precision)
+        self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms)
+        self.state = initial_state(network, weights=weights, noise=noise)
+        self._silence = np.zeros(NEURON_COUNT, self._real)
+        self._spike_step = np.empty(_STEPS_A_CALL * NEURON_COUNT, np.int32)
+        self._spike_neuron = np.empty(_STEPS_A_CALL * NEURON_COUNT, np.int32)
+
+    @property
+    def weights(self) -> NDArray[Any]:
+        """The weights, (8, 100, 100): projection, presynaptic neuron, postsynaptic neuron."""
+        return self.state.anchor
+
+    @property
+    def eligibility(self) -> NDArray[Any]:
+        """The eligibility traces, (8, 100, 100)."""
+        return self.state.scaled
+
+    @property
+    def dopamine(self) -> NDArray[Any]:
+        """The dopamine concentration at each projection, (8,)."""
+        return self.state.dopamine
+
+    def mean_weights(self) -> NDArray[np.float64]:
+        """Return each projection's mean weight, (8,)."""
+        return self.weights.reshape(len(PROJECTIONS), -1).mean(axis=1, dtype=np.float64)
+
+    def run(self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0) -> Spikes:
+        """Run `steps` neural steps under a constant current into each neuron, (1000,), and return the spikes.
+
+        `first_step` is the number that the first step's spikes carry.
+
+        Raises:
+            SclaError: a membrane potential is no longer finite.
+        """
+        current = self._silence if drive is None else drive.astype(self._real)
+        counts = np.zeros(len(POPULATIONS), np.int64)
+        parts: list[tuple[NDArray[np.int32], NDArray[np.int32]]] = []
+        for done in range(0, steps, _STEPS_A_CALL):
+            size = min(_STEPS_A_CALL, steps - done)
+            spikes = kernel.run(
+                self.state, self.parameters, current, size, first_step + done, self._spike_step, self._spike_neuron, counts
+            )
+            parts.append((self._spike_step[:spikes].copy(), self._spike_neuron[:spikes].copy()))
+        self._check_finite()
+        return Spikes(_join([step for step, _ in parts]), _join([neuron for _, neuron in parts]), counts)
+
+    def release_dopamine(self, amount: NDArray[Any]) -> None:
+        """Add a signed amount to the dopamine concentration at each projection, (8,)."""
+        self.state.dopamine[:] += amount.astype(self._real)
+
+    def _check_finite(self) -> None:
+        if not np.isfinite(self.state.v).all():
+            raise SclaError(
+                "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
+            )
+
+
+def _join(parts: list[NDArray[np.int32]]) -> NDArray[np.int32]:
+    if len(parts) == 1:
+        return parts[0]
+    return np.concatenate(parts) if parts else np.zeros(0, np.int32)

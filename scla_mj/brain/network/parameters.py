@@ -1,0 +1,143 @@
+"""The network's constants in the kernel's own number format, derived once from the configuration."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import EXCITATORY_COUNT, INHIBITORY, MOTOR, NEURON_COUNT, SENSORY
+
+if TYPE_CHECKING:
+    from scla_mj.config import NetworkConfig, PlasticityConfig
+
+
+class CellType(NamedTuple):
+    """The four parameters of one kind of Izhikevich neuron (equations 1 and 2)."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+
+
+# Izhikevich 2003, Figure 2, and 2007: regular spiking (the paper's Table 2) and fast spiking.
+REGULAR_SPIKING: Final = CellType(0.02, 0.2, -65.0, 8.0)
+FAST_SPIKING: Final = CellType(0.1, 0.2, -65.0, 2.0)
+
+# Below these, dopamine and eligibility (FLOOR) and STDP traces (TRACE_FLOOR) are zero: subnormal numbers would slow the
+# kernel thirteen-fold, and both floors are far under anything that moves a weight.
+FLOOR: Final = 1e-12
+TRACE_FLOOR: Final = 1e-6
+
+# A uniform variable on [-1, 1) has a standard deviation of 1 / sqrt(3).
+_UNIFORM_HALF_WIDTH: Final = 3.0**0.5
+
+
+class NeuronConstants(NamedTuple):
+    """Equations 1 and 2 for one step: every field a scalar of the kernel's number format.
+
+    `quadratic`, `linear`, `offset` are 0.04, 5 and 140; `half_step` is half the neural step in ms, `rate` is a times the
+    step; `pulse` makes a synaptic current of one step carry the same charge at any step length.
+    """
+
+    quadratic: Any
+    linear: Any
+    offset: Any
+    half_step: Any
+    pulse: Any
+    peak: Any
+    rate: Any
+    sensitivity: Any
+    reset_v: Any
+    reset_u: Any
+
+
+class PlasticityConstants(NamedTuple):
+    """Equations 3 and 4 for one step: every field a scalar of the kernel's number format.
+
+    A literal in the kernel would be a float64 and promote a float32 network, so zero and one stand here too.
+    """
+
+    potentiation: Any
+    depression: Any
+    trace_decay: Any
+    eligibility_decay: Any
+    dopamine_decay: Any
+    learning_rate: Any
+    weight_max: Any
+    zero: Any
+    one: Any
+    floor: Any
+    trace_floor: Any
+
+
+class Parameters(NamedTuple):
+    """All that a step reads and never writes.
+
+    `noise_amplitude`, (1000,), is the half width of each neuron's uniform noise; `noise_unit`, 2**-31, turns a signed 32-bit
+    integer into a uniform number on [-1, 1).
+    """
+
+    excitatory: NeuronConstants
+    inhibitory: NeuronConstants
+    plasticity: PlasticityConstants
+    noise_amplitude: NDArray[Any]
+    noise_unit: Any
+    motor_to_inhibitory: Any
+    inhibitory_to_motor: Any
+
+
+def build_parameters(network: NetworkConfig, plasticity: PlasticityConfig, *, neural_step_ms: float) -> Parameters:
+    """Derive the constants of one neural step of `neural_step_ms`."""
+    real = np.dtype(network.precision).type
+    return Parameters(
+        excitatory=_neuron_constants(REGULAR_SPIKING, neural_step_ms, real),
+        inhibitory=_neuron_constants(FAST_SPIKING, neural_step_ms, real),
+        plasticity=PlasticityConstants(
+            potentiation=real(plasticity.stdp_potentiation),
+            depression=real(plasticity.stdp_depression),
+            trace_decay=real(np.exp(-neural_step_ms / plasticity.stdp_tau_ms)),
+            eligibility_decay=real(np.exp(-neural_step_ms / plasticity.eligibility_tau_ms)),
+            dopamine_decay=real(np.exp(-neural_step_ms / plasticity.dopamine_tau_ms)),
+            learning_rate=real(plasticity.learning_rate_per_ms * neural_step_ms),
+            weight_max=real(network.weight_max),
+            zero=real(0.0),
+            one=real(1.0),
+            floor=real(FLOOR),
+            trace_floor=real(TRACE_FLOOR),
+        ),
+        noise_amplitude=_noise_amplitude(network, neural_step_ms),
+        noise_unit=real(2.0**-31),
+        motor_to_inhibitory=real(network.motor_to_inhibitory),
+        inhibitory_to_motor=real(network.inhibitory_to_motor),
+    )
+
+
+def _neuron_constants(kind: CellType, step_ms: float, real: Any) -> NeuronConstants:
+    return NeuronConstants(
+        quadratic=real(0.04),
+        linear=real(5.0),
+        offset=real(140.0),
+        half_step=real(0.5 * step_ms),
+        pulse=real(1.0 / step_ms),
+        peak=real(30.0),
+        rate=real(kind.a * step_ms),
+        sensitivity=real(kind.b),
+        reset_v=real(kind.c),
+        reset_u=real(kind.d),
+    )
+
+
+def _noise_amplitude(network: NetworkConfig, step_ms: float) -> NDArray[Any]:
+    """Half width of each neuron's uniform noise; 1/sqrt(step) keeps its power the same at any step length."""
+    amplitude = np.zeros(NEURON_COUNT)
+    for populations, deviation in (
+        (SENSORY, network.sensory_noise),
+        (MOTOR, network.motor_noise),
+        (INHIBITORY, network.inhibitory_noise),
+    ):
+        amplitude[populations[0].start : populations[-1].stop] = deviation
+    assert EXCITATORY_COUNT == MOTOR[-1].stop
+    return (amplitude * _UNIFORM_HALF_WIDTH / np.sqrt(step_ms)).astype(network.precision)

@@ -1,0 +1,62 @@
+"""Everything in the network that changes with time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import EXCITATORY_COUNT, NEURON_COUNT, NEURONS_PER_SIDE, PROJECTIONS
+from scla_mj.brain.network.parameters import REGULAR_SPIKING
+
+if TYPE_CHECKING:
+    from scla_mj.config import NetworkConfig
+
+
+class NetworkState(NamedTuple):
+    """The network's state, as arrays that the kernel changes in place. `R` is float32 or float64.
+
+    `v`, `u`: membrane potential and recovery, (1000,) R. `synaptic`: current that arrives in the next step, (1000,) R. `trace`: STDP traces of the sensory
+    and motor neurons, (800,) R. `dopamine`: concentration at each projection, (8,) R. `anchor` and `scaled`, (8, 100, 100)
+    R, hold weights and eligibility lazily (see kernel.py), `decayed` (1,) R and `gathered` (8,) R what they are scaled by.
+    `noise_low`, `noise_high`: each neuron's own generator, (1000,) uint32. `fired`: this step's spikes, (1000,) uint8.
+    """
+
+    v: NDArray[Any]
+    u: NDArray[Any]
+    synaptic: NDArray[Any]
+    trace: NDArray[Any]
+    dopamine: NDArray[Any]
+    anchor: NDArray[Any]
+    scaled: NDArray[Any]
+    decayed: NDArray[Any]
+    gathered: NDArray[Any]
+    noise_low: NDArray[np.uint32]
+    noise_high: NDArray[np.uint32]
+    fired: NDArray[np.uint8]
+
+
+def initial_state(
+    config: NetworkConfig, *, weights: np.random.Generator, noise: np.random.SeedSequence
+) -> NetworkState:
+    """Return a network at rest with uniform random weights and one seeded noise generator a neuron."""
+    real = np.dtype(config.precision)
+    shape = (len(PROJECTIONS), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
+    lanes = noise.generate_state(2 * NEURON_COUNT, np.uint32).reshape(2, NEURON_COUNT)
+    lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
+    rest_v = REGULAR_SPIKING.c
+    return NetworkState(
+        v=np.full(NEURON_COUNT, rest_v, real),
+        u=np.full(NEURON_COUNT, REGULAR_SPIKING.b * rest_v, real),
+        synaptic=np.zeros(NEURON_COUNT, real),
+        trace=np.zeros(EXCITATORY_COUNT, real),
+        dopamine=np.zeros(len(PROJECTIONS), real),
+        anchor=weights.uniform(config.weight_low, config.weight_high, shape).astype(real),
+        scaled=np.zeros(shape, real),
+        decayed=np.ones(1, real),
+        gathered=np.zeros(len(PROJECTIONS), real),
+        noise_low=lanes[0].copy(),
+        noise_high=lanes[1].copy(),
+        fired=np.zeros(NEURON_COUNT, np.uint8),
+    )

@@ -1,0 +1,83 @@
+"""Where the network's signal to the automata comes from: a local rule over cell states, and dopamine on arrival."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from scla_mj.grid import Action, Cell
+from scla_mj.signals import Feedback, Outcome, Percept
+
+# A trace below this share moves no probability by more than a thousandth.
+_TRACE_FLOOR: Final = 1e-3
+
+
+class CellStates:
+    """The local rule F: Q^m -> B of the paper's Table 1.
+
+    A cell's state is how good the robot has found it to be: 1 for the target, otherwise the best of its neighbours' states
+    times a discount, 0 while nothing is known. Only the robot's own cell and what it senses next door are ever updated.
+    """
+
+    def __init__(self, cells: tuple[int, int], *, discount: float) -> None:
+        self._discount = discount
+        # A border of unknown cells spares every question about the edge.
+        self._states = np.zeros((cells[0] + 2, cells[1] + 2))
+
+    def __getitem__(self, cell: Cell) -> float:
+        return float(self._states[cell])
+
+    def judge(self, feedback: Feedback) -> int:
+        """Update the states of both cells of a move; return 1 if it led to a better one, -1 to a worse one, else 0."""
+        self._observe(feedback.before)
+        if feedback.hit:
+            self._states[feedback.after.cell] = 1.0
+        else:
+            self._observe(feedback.after)
+        before, after = self._states[feedback.before.cell], self._states[feedback.after.cell]
+        return int(np.sign(after - before))
+
+    def _observe(self, percept: Percept) -> None:
+        """Set the state of the robot's own cell from its four neighbours; correct what is seen to be out of date."""
+        best = 0.0
+        for action in Action:
+            neighbour = percept.cell.after(action)
+            if action == percept.sensed:
+                self._states[neighbour] = 1.0
+            elif self._states[neighbour] == 1.0:
+                self._states[neighbour] = 0.0  # the target has left
+            best = max(best, float(self._states[neighbour]))
+        self._states[percept.cell] = self._discount * best
+
+
+class Eligible(NamedTuple):
+    """A cell left on the way, the action taken there, and what its trace has decayed to, 0 to 1."""
+
+    cell: Cell
+    action: Action
+    trace: float
+
+
+class PathTrace:
+    """Which automata are still eligible for a distal reward: the last moves, each with a decaying trace."""
+
+    def __init__(self, *, tau_moves: float) -> None:
+        self._decay = math.exp(-1.0 / tau_moves)
+        length = 1 + int(-tau_moves * math.log(_TRACE_FLOOR))
+        self._moves: deque[tuple[Cell, Action]] = deque(maxlen=length)
+
+    def add(self, feedback: Feedback) -> None:
+        """Remember a completed move; a blocked one led nowhere, and a failed one breaks the path."""
+        if feedback.outcome is Outcome.MOVED:
+            self._moves.append((feedback.before.cell, feedback.action))
+        elif feedback.outcome is Outcome.FAILED:
+            self._moves.clear()
+
+    def collect(self) -> list[Eligible]:
+        """Return the eligible automata, the latest first, and forget them: the path has ended."""
+        moves = [Eligible(cell, action, self._decay**age) for age, (cell, action) in enumerate(reversed(self._moves))]
+        self._moves.clear()
+        return moves

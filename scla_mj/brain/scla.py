@@ -1,0 +1,137 @@
+"""SCLA: the spiking network decides, a learning automaton in every cell advises it, dopamine teaches both."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY
+from scla_mj.brain.automata import LearningAutomata
+from scla_mj.brain.base import Brain
+from scla_mj.brain.network.network import Network, Spikes
+from scla_mj.brain.reinforcement import CellStates, PathTrace
+from scla_mj.grid import Action
+from scla_mj.randomness import Consumer, generator, seed_sequence
+from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snapshot
+
+if TYPE_CHECKING:
+    from scla_mj.clock import Clock
+    from scla_mj.config import RunConfig
+
+
+class SclaBrain(Brain):
+    """The paper's algorithm (docs/model.md). One clock: the network runs while the robot thinks and while it drives."""
+
+    def __init__(self, config: RunConfig, clock: Clock) -> None:
+        self._config = config
+        self._clock = clock
+        self.network = Network(
+            config.network,
+            config.plasticity,
+            neural_step_ms=clock.neural_step_ms,
+            weights=generator(config.seed, Consumer.WEIGHTS),
+            noise=seed_sequence(config.seed, Consumer.NOISE),
+        )
+        cells = config.grid.cells
+        self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.AUTOMATA))
+        self.states = CellStates(cells, discount=config.automaton.discount)
+        self._path = PathTrace(tau_moves=config.automaton.trace_tau_moves)
+        self._ties = generator(config.seed, Consumer.TIES)
+        self._thought = self._driven = self.network.run(0)
+        self._driven_steps = 0
+
+    def decide(self, percept: Percept) -> Decision:
+        """Drive the sensed direction's population, or the motors that the cell's automaton advises; the busiest motor wins."""
+        drive = np.zeros(NEURON_COUNT)
+        advised = None
+        if percept.sensed is not None:
+            population = SENSORY[percept.sensed]
+            drive[population.start : population.stop] = self._config.network.sensory_drive
+        else:
+            advised = self.automata.draw(percept.cell)
+            population = MOTOR[advised]
+            drive[population.start : population.stop] = self._config.network.advice_drive
+        self._thought = self.network.run(self._clock.thinking_steps, drive)
+        self._driven, self._driven_steps = self.network.run(0), 0
+        counts = self._thought.counts[len(SENSORY) : len(SENSORY) + len(MOTOR)]
+        up, down, left, right = (int(count) for count in counts)
+        return Decision(self._busiest(counts), advised, (up, down, left, right))
+
+    def elapse(self, duration_s: float) -> None:
+        """Run the network, undriven but for its noise, while the wheels turn."""
+        steps = round(duration_s * 1000.0 / self._clock.neural_step_ms)
+        self._driven_steps = steps
+        self._driven = self.network.run(steps, first_step=self._clock.thinking_steps)
+
+    def learn(self, feedback: Feedback) -> None:
+        """Release dopamine for a sensed target, and pass the network's signal on to the automata."""
+        if feedback.outcome is not Outcome.FAILED:
+            self._release_dopamine(feedback)
+        self._path.add(feedback)
+        self._signal_automata(feedback)
+
+    def activity(self) -> Activity:
+        """Return the spikes of the thinking window and of the drive."""
+        thought, driven = self._thought, self._driven
+        return Activity(
+            spike_step=np.concatenate((thought.step, driven.step)),
+            spike_neuron=np.concatenate((thought.neuron, driven.neuron)),
+            thinking_spikes=len(thought.step),
+            thinking_steps=self._clock.thinking_steps,
+            steps=self._clock.thinking_steps + self._driven_steps,
+            mean_weights=self.network.mean_weights(),
+            dopamine=self.network.dopamine.astype(np.float64),
+        )
+
+    def mean_weights(self) -> NDArray[np.float64]:
+        """Return the mean weight of each projection, (8,)."""
+        return self.network.mean_weights()
+
+    def snapshot(self) -> Snapshot:
+        """Return copies of the weights and the action probabilities."""
+        return Snapshot(self.network.weights.copy(), self.automata.probabilities.copy())
+
+    def _busiest(self, counts: NDArray[np.int64]) -> Action:
+        winners = np.flatnonzero(counts == counts.max())
+        return Action(int(winners[0] if len(winners) == 1 else self._ties.choice(winners)))
+
+    def _release_dopamine(self, feedback: Feedback) -> None:
+        """Signed modulation: the agreeing connection of the sensed direction up, the opposite one down, others unchanged.
+
+        The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one (reduce
+        what was taken, strengthen its opposite). A move to either side used neither connection.
+        """
+        sensed = feedback.before.sensed
+        if sensed is None or feedback.action not in (sensed, sensed.opposite):
+            return
+        release = self._config.plasticity.dopamine_release
+        amount = np.array([release * _modulation(sensed, p.sensor, p.motor) for p in PROJECTIONS])
+        self.network.release_dopamine(amount)
+
+    def _signal_automata(self, feedback: Feedback) -> None:
+        config, cell, action = self._config.automaton, feedback.before.cell, feedback.action
+        judgement = self.states.judge(feedback) if config.local_rule else 0
+        if feedback.outcome is Outcome.BLOCKED:
+            if config.bump_penalty:
+                self.automata.penalise(cell, action)
+        elif feedback.outcome is Outcome.MOVED:
+            if judgement > 0:
+                self.automata.reward(cell, action)
+            elif judgement < 0:
+                self.automata.penalise(cell, action)
+        if feedback.hit:
+            self._reward_path()
+
+    def _reward_path(self) -> None:
+        path = self._path.collect()
+        if self._config.automaton.distal_reward:
+            for cell, action, trace in path:
+                self.automata.reward(cell, action, weight=trace)
+
+
+def _modulation(sensed: Action, sensor: Action, motor: Action) -> int:
+    if sensor != sensed:
+        return 0
+    return 1 if motor == sensed else -1
