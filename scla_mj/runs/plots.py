@@ -1,0 +1,188 @@
+"""The three figures of a run: hits per epoch, mean weights over time, action probabilities. No display, no pyplot."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import PROJECTIONS
+from scla_mj.grid import Action, Grid
+from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
+from scla_mj.runs.atomic import replacing
+from scla_mj.runs.history import WeightCurve
+from scla_mj.runs.summary import Summary
+
+DPI: Final = 150
+INK: Final = "#333333"
+BAR: Final = "#4477aa"
+CEILING: Final = "#222222"
+FLOOR: Final = "#999999"
+TARGET: Final = "#cc3311"
+CLOSED: Final = "#555555"
+WARM: Final = ("#7f2704", "#d94801", "#fd8d3c", "#e7298a")
+COOL: Final = ("#08306b", "#2171b5", "#41ab9d", "#756bb1")
+ARROW: Final = "#f28e2b"
+POLICY_COLOURS: Final = "Blues"
+
+UNDECIDED: Final = 0.05
+"""A mean step shorter than this, in cells, is drawn as no arrow: it would be a speck."""
+
+
+def plot_epochs(folder: Path, summary: Summary, *, floor_hits_per_1000: float | None = None) -> None:
+    """Write `epochs.png`: hits per 1000 decisions of every epoch, the ceiling, and a random walk's floor if given.
+
+    Raises:
+        SclaError: the folder cannot be written to.
+    """
+    figure, axes = _canvas(7.0, 4.0)
+    numbers = [epoch.epoch for epoch in summary.epochs]
+    hits = [epoch.hits_per_1000 for epoch in summary.epochs]
+    axes.bar(numbers, hits, width=0.72, color=BAR, zorder=2)
+    _level(axes, summary.ceiling_hits_per_1000, f"ceiling {summary.ceiling_hits_per_1000:.4g}", CEILING, "--")
+    if floor_hits_per_1000 is not None:
+        _level(axes, floor_hits_per_1000, f"random walk {floor_hits_per_1000:.4g}", FLOOR, ":")
+    if len(numbers) <= 12:
+        for number, value in zip(numbers, hits, strict=True):
+            axes.annotate(f"{value:.0f}", (number, 0), (0, 4), textcoords="offset points", ha="center", va="bottom",
+                          fontsize=8, color="white", weight="bold", zorder=4)  # fmt: skip
+    axes.set_ylim(0, 1.12 * max([summary.ceiling_hits_per_1000, *hits]))
+    axes.set_xlim(min(numbers, default=1) - 0.6, max(numbers, default=1) + 0.6)
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=15, integer=True))
+    axes.set_xlabel("epoch")
+    axes.set_ylabel("hits per 1000 decisions")
+    axes.set_title(f"Hits per epoch: {_setting(summary)}")
+    _save(figure, folder / EPOCHS_PNG)
+
+
+def plot_weights(folder: Path, curve: WeightCurve) -> None:
+    """Write `weights.png`: the 8 mean weights over simulated time (the paper's Figure 3).
+
+    Raises:
+        SclaError: the folder cannot be written to.
+    """
+    figure, axes = _canvas(7.0, 4.2)
+    unit, seconds = _time_unit(float(curve.time_s[-1]) if len(curve.time_s) else 0.0)
+    warm, cool = iter(WARM), iter(COOL)
+    for index, projection in enumerate(PROJECTIONS):
+        colour, line = (next(warm), "-") if projection.agrees else (next(cool), "--")
+        label = projection.name.replace("to", " → ")
+        axes.plot(curve.time_s / seconds, curve.mean_weights[:, index], line, color=colour, lw=1.6, label=label)
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.01)
+    axes.set_xlabel(f"simulated time ({unit})")
+    axes.set_ylabel("mean weight (mV)")
+    axes.set_title("Mean weights: agreeing projections warm, opposite ones cool")
+    handles, labels = axes.get_legend_handles_labels()
+    order = sorted(range(len(labels)), key=lambda index: not PROJECTIONS[index].agrees)
+    axes.legend([handles[i] for i in order], [labels[i] for i in order], ncols=1, frameon=False, fontsize=8,
+                loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.4)  # fmt: skip
+    _save(figure, folder / WEIGHTS_PNG)
+
+
+def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64]) -> None:
+    """Write `policy.png`: every cell quartered, a quarter an action, darker where it is likelier; the target marked.
+
+    `probabilities` is (W, H, 4), indexed from 0 by x - 1, y - 1 and action.
+
+    Raises:
+        SclaError: the folder cannot be written to.
+    """
+    width, height = grid.cells
+    figure, axes = _canvas(*_policy_size(width, height))
+    cells = [cell for cell in grid.open_cells() if cell != grid.target]
+    values = [probabilities[cell.x - 1, cell.y - 1, action] for cell, action in itertools.product(cells, Action)]
+    quarters = [_quarter(cell.x, cell.y, action) for cell, action in itertools.product(cells, Action)]
+    shades = PolyCollection(quarters, array=np.asarray(values), cmap=POLICY_COLOURS, edgecolors="white", linewidths=0.4)
+    shades.set_clim(0.0, 1.0)
+    axes.add_collection(shades)
+    _arrows(axes, grid, probabilities)
+    _mark_cells(axes, grid)
+    axes.set_xlim(0.5, width + 0.5)
+    axes.set_ylim(0.5, height + 0.5)
+    axes.set_aspect("equal")
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=12, integer=True, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=12, integer=True, steps=[1, 2, 5, 10]))
+    axes.grid(False)
+    axes.set_xlabel("x")
+    axes.set_ylabel("y")
+    axes.set_title("Action probabilities of the cells")
+    figure.colorbar(shades, ax=axes, label="probability", shrink=0.85)
+    _save(figure, folder / POLICY_PNG)
+
+
+def _canvas(width_in: float, height_in: float) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=(width_in, height_in), dpi=DPI, layout="constrained")
+    axes = figure.add_subplot()
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(axis="y", color="#e5e5e5", lw=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=INK, labelsize=9)
+    axes.title.set_fontsize(11)
+    return figure, axes
+
+
+def _save(figure: Figure, path: Path) -> None:
+    """Write the PNG without a date or a version in it, so that the same figure gives the same bytes."""
+    with replacing(path) as scratch:
+        figure.savefig(scratch, format="png", metadata={"Software": None})
+
+
+def _level(axes: Axes, value: float, text: str, colour: str, line: str) -> None:
+    """Draw a horizontal line across the axes and name it at the right, outside the bars."""
+    axes.axhline(value, color=colour, ls=line, lw=1.2, zorder=3)
+    axes.annotate(text, (1.0, value), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+                  va="center", ha="left", fontsize=8, color=colour, annotation_clip=False)  # fmt: skip
+
+
+def _setting(summary: Summary) -> str:
+    (width, height), (x, y) = summary.cells, summary.target
+    return f"{summary.protocol}, {width}×{height} cells, target ({x}, {y}), seed {summary.seed}"
+
+
+def _time_unit(end_s: float) -> tuple[str, float]:
+    """Return the unit in which a run's length is easy to read, and its seconds."""
+    if end_s >= 2 * 3600:
+        return "h", 3600.0
+    return ("min", 60.0) if end_s >= 2 * 60 else ("s", 1.0)
+
+
+def _policy_size(width: int, height: int) -> tuple[float, float]:
+    """Return inches that give a cell the same look on grids of any shape, within a page."""
+    inch_per_cell = min(0.9, 8.0 / max(width, height))
+    return max(3.2, inch_per_cell * width + 1.7), max(2.6, inch_per_cell * height + 1.0)
+
+
+def _quarter(x: int, y: int, action: Action) -> list[tuple[float, float]]:
+    """Return the triangle between a cell's centre and the edge that the action crosses."""
+    dx, dy = action.step
+    edge_x, edge_y, half = x + dx / 2, y + dy / 2, 0.5
+    side_x, side_y = abs(dy) * half, abs(dx) * half
+    return [(x, y), (edge_x - side_x, edge_y - side_y), (edge_x + side_x, edge_y + side_y)]
+
+
+def _arrows(axes: Axes, grid: Grid, probabilities: NDArray[np.float64]) -> None:
+    """Draw every cell's mean step, as long as the cell's mind is made up."""
+    cells = np.array([cell for cell in grid.open_cells() if cell != grid.target])
+    steps = probabilities[cells[:, 0] - 1, cells[:, 1] - 1] @ np.array([action.step for action in Action])
+    decided = np.linalg.norm(steps, axis=1) > UNDECIDED
+    axes.quiver(*cells[decided].T, *steps[decided].T, pivot="mid", angles="xy", scale_units="xy", scale=1.5, color=ARROW,
+                width=0.07, units="xy", headwidth=3.4, headlength=3.4, headaxislength=3.0, minlength=0.0, zorder=3,
+                edgecolor="white", linewidth=0.6)  # fmt: skip
+
+
+def _mark_cells(axes: Axes, grid: Grid) -> None:
+    """Outline the cells, ring the target, fill closed cells."""
+    for cell in grid.all_cells():
+        colour = CLOSED if cell in grid.closed else "none"
+        corners = [(cell.x + dx, cell.y + dy) for dx, dy in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
+        axes.add_collection(PolyCollection([corners], facecolors=colour, edgecolors="white", linewidths=2.0, zorder=2))
+    axes.scatter(*grid.target, s=260, marker="o", facecolor="none", edgecolor=TARGET, linewidth=2.5, zorder=4)
+    axes.scatter(*grid.target, s=60, marker="o", color=TARGET, zorder=4)
