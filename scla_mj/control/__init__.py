@@ -1,0 +1,1 @@
+"""Decision in, wheel speeds out: the controller of a differential drive. It knows neither MuJoCo nor the map."""

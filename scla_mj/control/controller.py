@@ -1,0 +1,191 @@
+"""One move as a feedback law: face the line to the next cell's centre, drive along it, come back if the bumper touches.
+
+The robot holds its heading: it drives in reverse where that saves half a turn, and does not turn at all for a move on the
+axis it already stands on. It aims at the cells' absolute centres, so that errors of moves do not add up. All functions are
+pure and compiled with numba; `tick` is one control period.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from numba import njit
+
+from scla_mj.control.profile import braking_speed, slew, wrap_angle
+
+if TYPE_CHECKING:
+    from scla_mj.config import ControllerConfig
+
+DRIVING: Final = 0
+"""The move goes on."""
+ARRIVED: Final = 1
+"""The robot stands at the target's centre, or has used up its aims on the way there."""
+RETURNED: Final = 2
+"""The bumper touched, and the robot stands back at the start's centre, or has used up its aims on the way there."""
+
+STANDING: Final = 0
+OUTWARD: Final = 1
+BACK: Final = 2
+
+_LOOKAHEAD_M: Final = 0.08
+"""The robot steers at a point this far ahead on its line: an offset shrinks by e every 0.08 m, 40-fold on a 0.30 m move."""
+_ALIGNED_RAD: Final = 0.12
+"""It drives only while it faces its course this closely; the rest of the turn overlaps with the start of the drive."""
+_REVERSE_COSINE: Final = -0.7071
+"""It drives in reverse where its course lies more than 135 degrees off its heading."""
+_BRAKING_SHARE: Final = 0.85
+"""The braking curves ask for this share of the acceleration, which leaves the slew limit room to follow them."""
+_APPROACH_PER_S: Final = 20.0
+_APPROACH_PER_PERIOD: Final = 0.25
+"""Gain of the last approach: 20 a second, or a quarter of the error a period where periods are long (stability)."""
+
+
+class Motion(NamedTuple):
+    """What the controller is told each period: pose, body speeds, and whether the bumper touched since the last one."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+    speed_m_s: float
+    turn_rate_rad_s: float
+    touched: bool
+
+
+class Goal(NamedTuple):
+    """One move: from the centre of one cell to the centre of another."""
+
+    start_x_m: float
+    start_y_m: float
+    target_x_m: float
+    target_y_m: float
+
+
+class Gains(NamedTuple):
+    """The controller's limits and tolerances as the compiled law takes them."""
+
+    period_s: float
+    wheel_radius_m: float
+    track_m: float
+    max_speed_m_s: float
+    max_acceleration_m_s2: float
+    max_turn_rate_rad_s: float
+    max_turn_acceleration_rad_s2: float
+    position_tolerance_m: float
+    heading_tolerance_rad: float
+    approach_per_s: float
+    reaim_distance_m: float
+    reaim_limit: int
+
+
+class State(NamedTuple):
+    """What the controller remembers between two periods.
+
+    `course_rad` is the line's direction of travel, `direction` 1 forwards and -1 in reverse; the speeds are the last commanded
+    ones, the drive's along the course.
+    """
+
+    phase: int
+    course_rad: float
+    direction: float
+    aims: int
+    speed_m_s: float
+    turn_rate_rad_s: float
+
+
+STAND_STILL: Final = State(STANDING, 0.0, 1.0, 0, 0.0, 0.0)
+
+
+def make_gains(
+    config: ControllerConfig, *, period_s: float, wheel_radius_m: float, track_m: float, cell_size_m: float
+) -> Gains:
+    """Return the gains of a robot with these wheels in cells of this size."""
+    return Gains(
+        period_s=period_s,
+        wheel_radius_m=wheel_radius_m,
+        track_m=track_m,
+        max_speed_m_s=config.max_speed_m_s,
+        max_acceleration_m_s2=config.max_acceleration_m_s2,
+        max_turn_rate_rad_s=config.max_turn_rate_rad_s,
+        max_turn_acceleration_rad_s2=config.max_turn_acceleration_rad_s2,
+        position_tolerance_m=config.position_tolerance_m,
+        heading_tolerance_rad=config.heading_tolerance_rad,
+        approach_per_s=min(_APPROACH_PER_S, _APPROACH_PER_PERIOD / period_s),
+        reaim_distance_m=config.reaim_fraction * cell_size_m,
+        reaim_limit=config.reaim_limit,
+    )
+
+
+@njit
+def begin(goal: Goal, heading_rad: float) -> State:
+    """Return the state at the start of a move: outward bound, in reverse if the target lies behind."""
+    course = math.atan2(goal.target_y_m - goal.start_y_m, goal.target_x_m - goal.start_x_m)
+    return aim(OUTWARD, course, heading_rad, 0)
+
+
+@njit
+def aim(phase: int, course_rad: float, heading_rad: float, aims: int) -> State:
+    """Return the state of a robot at rest that is to travel along a course, backwards if it faces away from it."""
+    direction = -1.0 if math.cos(course_rad - heading_rad) < _REVERSE_COSINE else 1.0
+    return State(phase, course_rad, direction, aims, 0.0, 0.0)
+
+
+@njit
+def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State, float, float, int]:
+    """Run one control period.
+
+    Returns:
+        The new state, the left and the right wheel's speed command in rad/s, and DRIVING, ARRIVED or RETURNED. A value that
+        is not finite comes out in the commands: the caller checks them.
+    """
+    if state.phase == STANDING:
+        return state, 0.0, 0.0, DRIVING
+    if state.phase == OUTWARD and motion.touched:
+        state = aim(BACK, state.course_rad + math.pi, motion.heading_rad, state.aims)
+    target_x = goal.target_x_m if state.phase == OUTWARD else goal.start_x_m
+    target_y = goal.target_y_m if state.phase == OUTWARD else goal.start_y_m
+    to_x, to_y = target_x - motion.x_m, target_y - motion.y_m
+    ahead = to_x * math.cos(state.course_rad) + to_y * math.sin(state.course_rad)
+    if _at_rest_there(state, motion, ahead, gains):
+        off = math.hypot(to_x, to_y)
+        if off <= gains.reaim_distance_m or state.aims >= gains.reaim_limit:
+            return state, 0.0, 0.0, ARRIVED if state.phase == OUTWARD else RETURNED
+        state = aim(state.phase, math.atan2(to_y, to_x), motion.heading_rad, state.aims + 1)
+        ahead = off
+    state = _steer(state, motion, ahead, to_x, to_y, gains)
+    drive = state.direction * state.speed_m_s
+    spread = state.turn_rate_rad_s * gains.track_m / 2.0
+    return state, (drive - spread) / gains.wheel_radius_m, (drive + spread) / gains.wheel_radius_m, DRIVING
+
+
+@njit
+def _at_rest_there(state: State, motion: Motion, ahead_m: float, gains: Gains) -> bool:
+    """Tell whether the robot is level with its target, and slow and straight enough to leave it at that."""
+    facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi
+    return (
+        abs(ahead_m) <= gains.position_tolerance_m
+        and abs(motion.speed_m_s) <= 2.0 * gains.approach_per_s * gains.position_tolerance_m
+        and abs(wrap_angle(state.course_rad - facing)) <= gains.heading_tolerance_rad
+    )
+
+
+@njit
+def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: float, gains: Gains) -> State:
+    """Turn towards the line, and drive along it once roughly aligned, both on braking curves."""
+    facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi
+    left_of_line = to_x_m * math.sin(state.course_rad) - to_y_m * math.cos(state.course_rad)
+    error = wrap_angle(state.course_rad - math.atan(left_of_line / _LOOKAHEAD_M) - facing)
+    turn_braking = _BRAKING_SHARE * gains.max_turn_acceleration_rad_s2
+    turn_rate = braking_speed(error, gains.max_turn_rate_rad_s, turn_braking, gains.approach_per_s)
+    speed = 0.0
+    if abs(error) < _ALIGNED_RAD:
+        braking = _BRAKING_SHARE * gains.max_acceleration_m_s2
+        speed = braking_speed(ahead_m, gains.max_speed_m_s, braking, gains.approach_per_s)
+    return State(
+        state.phase,
+        state.course_rad,
+        state.direction,
+        state.aims,
+        slew(state.speed_m_s, speed, gains.max_acceleration_m_s2 * gains.period_s),
+        slew(state.turn_rate_rad_s, turn_rate, gains.max_turn_acceleration_rad_s2 * gains.period_s),
+    )

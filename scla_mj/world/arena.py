@@ -1,0 +1,142 @@
+"""The arena: scene, robot, walls, target and cameras composed into one MuJoCo model from the grid."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import mujoco
+import numpy as np
+
+from scla_mj.paths import ROBOT_XML, SCENE_XML, assets_folder
+from scla_mj.world import names
+
+if TYPE_CHECKING:
+    from scla_mj.clock import Clock
+    from scla_mj.grid import Grid
+
+WALL_HEIGHT_M: Final = 0.10
+"""Above the bumpers, below the lidar."""
+WALL_THICKNESS_M: Final = 0.02
+
+_WHEEL_FRICTION: Final = (1.0, 1.0, 0.005, 0.0001, 0.0001)
+"""Rubber on tile slides at about 1; spin and roll are MuJoCo's defaults (condim 3 leaves them unused)."""
+_BUMP_SOLREF: Final = (0.04, 1.0)
+"""A foam bumper: 0.04 s, critically damped, so that a bump ends without a bounce."""
+_TOP_FOVY_DEG: Final = 30.0
+_ANGLED_FOVY_DEG: Final = 32.0
+_ANGLED_VIEW: Final = (0.45, -1.0, 0.95)
+"""Where the angled camera stands, as a direction from the floor's centre."""
+
+
+def compose(grid: Grid, clock: Clock) -> mujoco.MjSpec:
+    """Return the arena of one grid with the robot in it, ready to compile or to edit further."""
+    spec = mujoco.MjSpec.from_file(str(assets_folder() / SCENE_XML))
+    robot = mujoco.MjSpec.from_file(str(assets_folder() / ROBOT_XML))
+    spec.attach(robot, frame=spec.worldbody.add_frame(name="spawn"), prefix=names.ROBOT_PREFIX)
+    _set_options(spec, clock)
+    _lay_floor(spec, grid)
+    _add_walls(spec, grid)
+    _add_closed_cells(spec, grid)
+    _add_target(spec, grid)
+    _add_contacts(spec)
+    _add_cameras(spec, grid)
+    return spec
+
+
+def _set_options(spec: mujoco.MjSpec, clock: Clock) -> None:
+    """The cheapest honest settings: the discrete integrator keeps a 10 ms step within 0.05 degrees a move of a 0.5 ms one."""
+    option = spec.option
+    option.timestep = clock.physics_step_s
+    option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    option.impratio = 10.0
+    # One robot is one island; and a silent reset would hide a fault.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+
+def _half_extents(grid: Grid) -> tuple[float, float]:
+    return grid.cells[0] * grid.cell_size_m / 2, grid.cells[1] * grid.cell_size_m / 2
+
+
+def _lay_floor(spec: mujoco.MjSpec, grid: Grid) -> None:
+    """Size the one floor; its texture draws the W x H tiles, which costs the physics nothing at any grid size."""
+    half_x, half_y = _half_extents(grid)
+    spec.geom(names.FLOOR).size = [half_x, half_y, 0.1]
+    spec.material("tiles").texrepeat = [grid.cells[0] / 2, grid.cells[1] / 2]
+    reach = 4 * max(half_x, half_y)
+    visual = spec.find_default("visual")
+    spec.worldbody.add_geom(
+        visual, name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[reach, reach, 0.1], pos=[0, 0, -0.004], material="ground"
+    )
+    spec.stat.extent = 2 * max(half_x, half_y)
+    spec.stat.center = [0, 0, 0.05]
+
+
+def _add_walls(spec: mujoco.MjSpec, grid: Grid) -> None:
+    """Four walls at the floor's edge: planes to touch (the cheapest contact, nothing tunnels through), boxes to see."""
+    half_x, half_y = _half_extents(grid)
+    t, h = WALL_THICKNESS_M / 2, WALL_HEIGHT_M / 2
+    inward = {"left": (1, 0), "right": (-1, 0), "bottom": (0, 1), "top": (0, -1)}
+    for side in names.WALL_SIDES:
+        nx, ny = inward[side]
+        spec.worldbody.add_geom(
+            spec.find_default("wall_face"), name=f"wall_{side}", pos=[-nx * half_x, -ny * half_y, h], quat=_facing(nx, ny)
+        )
+        size = [t, half_y + 2 * t, h] if nx else [half_x + 2 * t, t, h]
+        spec.worldbody.add_geom(
+            spec.find_default("wall"), name=f"wall_{side}_box", size=size, pos=[-nx * (half_x + t), -ny * (half_y + t), h]
+        )
+
+
+def _facing(nx: float, ny: float) -> list[float]:
+    """Quaternion that turns +z into the horizontal direction (nx, ny)."""
+    half = math.pi / 4
+    return [math.cos(half), -ny * math.sin(half), nx * math.sin(half), 0.0]
+
+
+def _add_closed_cells(spec: mujoco.MjSpec, grid: Grid) -> None:
+    half, h = grid.cell_size_m / 2, WALL_HEIGHT_M / 2
+    for cell in sorted(grid.closed):
+        x_m, y_m = grid.centre_m(cell)
+        spec.worldbody.add_geom(
+            spec.find_default("closed_cell"), name=f"closed_{cell.x}_{cell.y}", size=[half, half, h], pos=[x_m, y_m, h]
+        )
+
+
+def _add_target(spec: mujoco.MjSpec, grid: Grid) -> None:
+    x_m, y_m = grid.centre_m(grid.target)
+    for name, radius, height_m in ((names.TARGET_RING, 0.42, 0.0006), (names.TARGET_DISC, 0.34, 0.0012)):
+        spec.worldbody.add_geom(
+            spec.find_default("visual"), name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, material=name,
+            size=[radius * grid.cell_size_m, height_m / 2, 0], pos=[x_m, y_m, height_m / 2],
+        )  # fmt: skip
+
+
+def _add_contacts(spec: mujoco.MjSpec) -> None:
+    """Name every pair that can touch, which is cheaper than filtering: tyres and caster on the floor, bumpers on walls."""
+    for wheel in names.WHEEL_CONTACTS:
+        spec.add_pair(name=f"{wheel}_floor", geomname1=names.FLOOR, geomname2=wheel, condim=3, friction=_WHEEL_FRICTION)
+    # A ball caster rolls any way: no friction.
+    spec.add_pair(name="caster_floor", geomname1=names.FLOOR, geomname2=names.CASTER_CONTACT, condim=1)
+    for bumper in names.BUMPERS:
+        for side in names.WALL_SIDES:
+            name = f"{bumper}_wall_{side}"
+            spec.add_pair(name=name, geomname1=f"wall_{side}", geomname2=bumper, condim=1, solref=_BUMP_SOLREF)
+
+
+def _add_cameras(spec: mujoco.MjSpec, grid: Grid) -> None:
+    """Two cameras that hold the whole floor in a 4:3 picture, at a distance computed from its size."""
+    half_x, half_y = _half_extents(grid)
+    half_m = max(half_y, half_x * 3 / 4) + 2 * WALL_THICKNESS_M
+    height_m = half_m / math.tan(math.radians(_TOP_FOVY_DEG / 2)) + WALL_HEIGHT_M
+    spec.worldbody.add_camera(name=names.TOP_CAMERA, pos=[0, 0, height_m], fovy=_TOP_FOVY_DEG)
+    reach_m = math.hypot(half_x, half_y) / math.tan(math.radians(_ANGLED_FOVY_DEG / 2)) * 0.86
+    back = np.array(_ANGLED_VIEW) / np.linalg.norm(_ANGLED_VIEW)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    frame = np.column_stack([right, np.cross(back, right), back])
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, frame.ravel())
+    spec.worldbody.add_camera(name=names.ANGLED_CAMERA, pos=back * reach_m, quat=quat, fovy=_ANGLED_FOVY_DEG)

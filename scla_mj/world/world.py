@@ -1,0 +1,135 @@
+"""One arena with one robot: its raw MuJoCo model and data, its spawns, its pose, and the faults that MuJoCo keeps quiet about."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import mujoco
+import numpy as np
+
+from scla_mj.errors import SclaError
+from scla_mj.world import names
+from scla_mj.world.arena import compose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scla_mj.clock import Clock
+    from scla_mj.grid import Cell, Grid
+
+UPRIGHT_COSINE: Final = 0.9
+"""A chassis whose up axis leans further than this (26 degrees) has fallen: the wheels no longer carry it."""
+_SETTLING_S: Final = 2.0
+"""How long a fresh robot stands before its resting height is read; it rests within 0.3 s."""
+
+
+class Pose(NamedTuple):
+    """Where the robot is: the axle's midpoint on the floor, its heading from +x towards +y, and how upright it is (1: fully)."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+    upright: float
+
+
+class World:
+    """The compiled arena of one grid.
+
+    Attributes:
+        model, data: raw MuJoCo; whoever steps `data` adds the steps to `steps`, which the fault check compares with the time.
+        wheel_radius_m, track_m: the robot's wheel radius and wheel separation, read from the compiled model.
+    """
+
+    def __init__(self, grid: Grid, clock: Clock) -> None:
+        _silence_warning_log()
+        self.grid = grid
+        self.model: Any = compose(grid, clock).compile()
+        self.data: Any = mujoco.MjData(self.model)
+        self.steps = 0
+        self.wheel_radius_m = float(self.model.geom(names.WHEEL_CONTACTS[0]).size[0])
+        self.track_m = float(np.ptp([self.model.body(wheel).pos[1] for wheel in names.WHEELS]))
+        self._physics: Any = None
+        self._resting_qpos = self._settle()
+        self.spawn(grid.target, 0.0)
+
+    @property
+    def physics(self) -> Any:
+        """The same model and data as a `dm_control.mujoco.Physics`, made at the first use (importing dm_control is slow)."""
+        if self._physics is None:
+            os.environ.setdefault("MUJOCO_GL", "egl")  # glfw warns where there is no display
+            from dm_control.mujoco import Physics, wrapper
+
+            self._physics = Physics(wrapper.MjData(self.data))
+        return self._physics
+
+    @property
+    def touch(self) -> NDArray[np.float64]:
+        """A view, shape (2,), of the front and rear bumper's touch force in newtons after the latest step."""
+        first = int(self.model.sensor(names.TOUCH_SENSORS[0]).adr[0])
+        view: NDArray[np.float64] = self.data.sensordata[first : first + len(names.TOUCH_SENSORS)]
+        return view
+
+    def spawn(self, cell: Cell, heading_rad: float) -> None:
+        """Put the robot at rest on a cell's centre: whole state reset, time 0, standing at its own resting height.
+
+        Raises:
+            SclaError: the cell is closed or off the floor.
+        """
+        if not self.grid.is_open(cell):
+            raise SclaError(f"cannot spawn at ({cell.x}, {cell.y}): it is closed or off the floor; choose an open cell")
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = self._resting_qpos
+        self.data.qpos[:2] = self.grid.centre_m(cell)
+        half = heading_rad / 2
+        mujoco.mju_mulQuat(self.data.qpos[3:7], np.array([math.cos(half), 0, 0, math.sin(half)]), self._resting_qpos[3:7])
+        mujoco.mj_forward(self.model, self.data)
+        self.steps = 0
+
+    def pose(self) -> Pose:
+        """Return the robot's physical pose."""
+        x, y, _, qw, qx, qy, qz = self.data.qpos[:7].tolist()
+        heading = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+        return Pose(x, y, heading, 1 - 2 * (qx * qx + qy * qy))
+
+    def can_drive(self) -> bool:
+        """Tell whether the robot stands upright at a finite place: if not, only a spawn helps."""
+        pose = self.pose()
+        return all(map(math.isfinite, pose)) and pose.upright >= UPRIGHT_COSINE
+
+    def faults(self) -> list[str]:
+        """Return a sentence for each thing that has gone wrong since the spawn; none if all is well."""
+        found = []
+        if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
+            found.append("the robot's state is not finite")
+        elif not self.can_drive():
+            found.append("the robot has fallen over")
+        for kind, count in enumerate(self.data.warning.number):
+            if count:
+                found.append(f"MuJoCo warned {count} times of {mujoco.mjtWarning(kind).name.removeprefix('mjWARN_')}")
+        timestep = self.model.opt.timestep
+        # Half a step: room for the rounding of some 1e9 additions, none for a step too many.
+        if not abs(self.data.time - self.steps * timestep) < timestep / 2:
+            found.append(f"MuJoCo's time is {self.data.time:g} s after {self.steps} steps: it has reset itself")
+        return found
+
+    def _settle(self) -> NDArray[np.float64]:
+        """Let the robot come to rest, and return its qpos there, at the origin, heading along +x."""
+        mujoco.mj_step(self.model, self.data, nstep=round(_SETTLING_S / self.model.opt.timestep))
+        resting: NDArray[np.float64] = self.data.qpos.copy()
+        pitch = 2 * math.atan2(resting[5], resting[3])
+        resting[:2] = 0.0
+        resting[3:7] = math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0
+        resting[7:] = 0.0
+        return resting
+
+
+def _silence_warning_log() -> None:
+    """Keep MuJoCo's warnings out of MUJOCO_LOG.TXT in the working directory: `faults` reads their counts instead."""
+    if mujoco.get_mju_user_warning() is None:
+        mujoco.set_mju_user_warning(_ignore_warning)
+
+
+def _ignore_warning(message: str) -> None:
+    """Take a warning's text and drop it."""
