@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -40,12 +41,12 @@ def resolve_clock(config: ClockConfig) -> Clock:
     """Check that every period is an integer multiple of what it is made of, and return the counts.
 
     Raises:
-        SclaError: a period is not positive, or not an integer multiple of the base step, or the control period is not one
-            of the neural and physics steps, or the thinking window is not one of the control period.
+        SclaError: a period is not positive, or not an integer multiple of the base step, or the control period is not
+            one of the neural and physics steps, or the thinking window is not one of the control period.
     """
     base = config.base_step_ms
-    if not base > 0:
-        raise SclaError(f"the base step is {base} ms; it must be above 0")
+    if not 0 < base < math.inf:
+        raise SclaError(f"the base step is {base} ms: it must be above 0 and finite")
     for name, period_ms in (
         ("neural step", config.neural_step_ms),
         ("physics step", config.physics_step_ms),
@@ -66,8 +67,11 @@ def resolve_clock(config: ClockConfig) -> Clock:
 
 
 def _multiple(name: str, period_ms: float, of_name: str, of_ms: float) -> int:
-    count = round(period_ms / of_ms)
-    if count < 1 or abs(period_ms / of_ms - count) > _TOLERANCE * max(count, 1):
+    ratio = period_ms / of_ms
+    if not 0 < ratio < math.inf:
+        raise SclaError(f"the {name} is {period_ms} ms: it must be above 0 and finite")
+    count = round(ratio)
+    if count < 1 or abs(ratio - count) > _TOLERANCE * max(count, 1):
         raise SclaError(
             f"the {name} of {period_ms:g} ms is not an integer multiple of the {of_name} of {of_ms:g} ms: "
             f"choose {max(count, 1) * of_ms:g} ms"

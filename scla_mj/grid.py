@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple, get_args
@@ -71,8 +72,8 @@ class Grid:
         width, height = self.cells
         if width < 1 or height < 1 or width * height < 2:
             raise SclaError(f"--cells {width} {height} leaves no room to move: a grid wants at least two cells")
-        if self.cell_size_m <= 0:
-            raise SclaError(f"a cell size of {self.cell_size_m} m is not possible: it must be above 0")
+        if not 0 < self.cell_size_m < math.inf:
+            raise SclaError(f"a cell size of {self.cell_size_m} m is not possible: it must be above 0 and finite")
         for name, cell in [("target", self.target), *(("closed cell", cell) for cell in sorted(self.closed))]:
             if not self.contains(cell):
                 raise SclaError(
@@ -80,11 +81,15 @@ class Grid:
                     f"x must be 1 to {width} and y 1 to {height}"
                 )
         if self.target in self.closed:
-            raise SclaError(f"the target ({self.target.x}, {self.target.y}) is a closed cell: open it or move the target")
+            raise SclaError(
+                f"the target ({self.target.x}, {self.target.y}) is a closed cell: open it or move the target"
+            )
         object.__setattr__(self, "distances", self._search())
         lost = [cell for cell in self.open_cells() if cell not in self.distances]
         if lost:
-            raise SclaError(f"the cell ({lost[0].x}, {lost[0].y}) is walled off from the target: open a way or close it too")
+            raise SclaError(
+                f"the cell ({lost[0].x}, {lost[0].y}) is walled off from the target: open a way or close it too"
+            )
         if len(self.distances) < 2:
             raise SclaError("every cell but the target is closed: leave at least one open")
 

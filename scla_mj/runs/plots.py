@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -49,11 +50,13 @@ def plot_epochs(folder: Path, summary: Summary, *, floor_hits_per_1000: float | 
     _level(axes, summary.ceiling_hits_per_1000, f"ceiling {summary.ceiling_hits_per_1000:.4g}", CEILING, "--")
     if floor_hits_per_1000 is not None:
         _level(axes, floor_hits_per_1000, f"random walk {floor_hits_per_1000:.4g}", FLOOR, ":")
+    top = 1.12 * max([summary.ceiling_hits_per_1000, *hits])
     if len(numbers) <= 12:
         for number, value in zip(numbers, hits, strict=True):
-            axes.annotate(f"{value:.0f}", (number, 0), (0, 4), textcoords="offset points", ha="center", va="bottom",
-                          fontsize=8, color="white", weight="bold", zorder=4)  # fmt: skip
-    axes.set_ylim(0, 1.12 * max([summary.ceiling_hits_per_1000, *hits]))
+            base, colour = (0.0, "white") if value > 0.1 * top else (value, INK)
+            axes.annotate(f"{value:.0f}", (number, base), (0, 4), textcoords="offset points", ha="center", va="bottom",
+                          fontsize=8, color=colour, weight="bold", zorder=4)  # fmt: skip
+    axes.set_ylim(0, top)
     axes.set_xlim(min(numbers, default=1) - 0.6, max(numbers, default=1) + 0.6)
     axes.xaxis.set_major_locator(MaxNLocator(nbins=15, integer=True))
     axes.set_xlabel("epoch")
@@ -172,8 +175,8 @@ def _arrows(axes: Axes, grid: Grid, probabilities: NDArray[np.float64]) -> None:
     """Draw every cell's mean step, as long as the cell's mind is made up."""
     cells = np.array([cell for cell in grid.open_cells() if cell != grid.target])
     steps = probabilities[cells[:, 0] - 1, cells[:, 1] - 1] @ np.array([action.step for action in Action])
-    decided = np.linalg.norm(steps, axis=1) > UNDECIDED
-    axes.quiver(*cells[decided].T, *steps[decided].T, pivot="mid", angles="xy", scale_units="xy", scale=1.5, color=ARROW,
+    drawn = np.linalg.norm(steps, axis=1) > UNDECIDED
+    axes.quiver(*cells[drawn].T, *steps[drawn].T, pivot="mid", angles="xy", scale_units="xy", scale=1.5, color=ARROW,
                 width=0.07, units="xy", headwidth=3.4, headlength=3.4, headaxislength=3.0, minlength=0.0, zorder=3,
                 edgecolor="white", linewidth=0.6)  # fmt: skip
 
@@ -184,5 +187,5 @@ def _mark_cells(axes: Axes, grid: Grid) -> None:
         colour = CLOSED if cell in grid.closed else "none"
         corners = [(cell.x + dx, cell.y + dy) for dx, dy in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
         axes.add_collection(PolyCollection([corners], facecolors=colour, edgecolors="white", linewidths=2.0, zorder=2))
-    axes.scatter(*grid.target, s=260, marker="o", facecolor="none", edgecolor=TARGET, linewidth=2.5, zorder=4)
-    axes.scatter(*grid.target, s=60, marker="o", color=TARGET, zorder=4)
+    axes.add_patch(Circle(grid.target, 0.13, facecolor="none", edgecolor=TARGET, linewidth=2.5, zorder=4))
+    axes.add_patch(Circle(grid.target, 0.06, color=TARGET, zorder=4))

@@ -1,0 +1,61 @@
+"""What a fixed policy earns, exactly: the grid as a Markov chain, solved and not sampled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.grid import Action, Cell, Grid, StartProtocol
+
+
+def uniform_policy(grid: Grid) -> NDArray[np.float64]:
+    """Return the random walk's action probabilities (W, H, 4)."""
+    return np.full((*grid.cells, len(Action)), 1.0 / len(Action))
+
+
+def hits_per_1000(grid: Grid, protocol: StartProtocol, policy: NDArray[np.float64]) -> float:
+    """Return the long-run hits per 1000 decisions of a policy: 1000 over the mean number of moves to a hit.
+
+    `policy` holds the action probabilities (W, H, 4) of every cell; a bump stays where it is and counts as a move. A
+    policy that may stop reaching the target from some start earns 0.
+    """
+    moves = expected_moves(grid, policy)
+    return 1000.0 / float(np.mean([moves[cell] for cell in grid.start_cells(protocol)]))
+
+
+def expected_moves(grid: Grid, policy: NDArray[np.float64]) -> dict[Cell, float]:
+    """Return the mean number of moves from every open cell to the target, infinite where it may never be reached.
+
+    Solves m = 1 + P m over the cells from which the target is reached with certainty (Kemeny and Snell 1960, 3.2.4).
+    """
+    cells = grid.open_cells()
+    chain = transition_matrix(grid, policy)
+    certain = _surely_absorbed(chain, cells.index(grid.target))
+    inner = [index for index in np.flatnonzero(certain) if cells[index] != grid.target]
+    moves = np.where(certain, 0.0, np.inf)
+    moves[inner] = np.linalg.solve(np.eye(len(inner)) - chain[np.ix_(inner, inner)], np.ones(len(inner)))
+    return dict(zip(cells, moves.tolist(), strict=True))
+
+
+def transition_matrix(grid: Grid, policy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the chain (n, n) over `grid.open_cells()`; the target is absorbing."""
+    cells = grid.open_cells()
+    index = {cell: number for number, cell in enumerate(cells)}
+    chain = np.zeros((len(cells), len(cells)))
+    for cell in cells:
+        if cell == grid.target:
+            chain[index[cell], index[cell]] = 1.0
+            continue
+        for action in Action:
+            chain[index[cell], index[grid.after(cell, action)]] += policy[cell.x - 1, cell.y - 1, action]
+    return chain
+
+
+def _surely_absorbed(chain: NDArray[np.float64], target: int) -> NDArray[np.bool_]:
+    """Tell for every state whether it reaches the target with certainty: no state it can get to has lost the way."""
+    steps = (chain > 0.0) | np.eye(len(chain), dtype=bool)
+    reaches = steps
+    for _ in range(len(chain).bit_length()):
+        reaches = (reaches.astype(np.float32) @ reaches.astype(np.float32)) > 0.0
+    lost = np.flatnonzero(~reaches[:, target])
+    return np.asarray(~reaches[:, lost].any(axis=1))

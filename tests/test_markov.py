@@ -1,0 +1,71 @@
+"""A policy's exact earnings against the contract's figures and a closed form."""
+
+import numpy as np
+import pytest
+
+from scla_mj.grid import Action, Cell, Grid
+from scla_mj.markov import expected_moves, hits_per_1000, transition_matrix, uniform_policy
+
+PAPER = Grid((5, 5), Cell(3, 3), 0.3)
+
+
+def greedy_policy(grid: Grid) -> np.ndarray:
+    """One action a cell, always one that brings the target nearer."""
+    policy = np.zeros((*grid.cells, 4))
+    for cell in grid.open_cells():
+        if cell != grid.target:
+            policy[cell.x - 1, cell.y - 1, min(grid.neighbours(cell), key=lambda step: grid.distances[step[1]])[0]] = (
+                1.0
+            )
+    return policy
+
+
+def test_a_random_walk_earns_31_58_from_any_start():
+    assert hits_per_1000(PAPER, "any-start", uniform_policy(PAPER)) == pytest.approx(31.58, abs=0.005)
+
+
+def test_a_random_walk_from_beside_the_target_takes_24_moves_and_earns_41_67():
+    assert hits_per_1000(PAPER, "sensed-start", uniform_policy(PAPER)) == pytest.approx(1000 / 24, rel=1e-12)
+
+
+def test_perfect_beside_the_target_and_random_elsewhere_is_the_papers_automaton():
+    """115 hits and about 9 moves a hit in the paper; exactly 115.38 and 26/3."""
+    policy = uniform_policy(PAPER)
+    for cell in PAPER.start_cells("sensed-start"):
+        policy[cell.x - 1, cell.y - 1] = np.eye(4)[PAPER.sensed_from(cell)]
+    hits = hits_per_1000(PAPER, "any-start", policy)
+    assert hits == pytest.approx(115.38, abs=0.005)
+    assert 1000 / hits == pytest.approx(8.67, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("cells", "target"), [((5, 5), (3, 3)), ((5, 5), (1, 1)), ((5, 5), (5, 2)), ((7, 7), (4, 4)), ((4, 2), (1, 2))]
+)
+@pytest.mark.parametrize("protocol", ["any-start", "sensed-start"])
+def test_a_shortest_path_policy_earns_the_ceiling(cells, target, protocol):
+    grid = Grid(cells, Cell(*target), 0.3)
+    assert hits_per_1000(grid, protocol, greedy_policy(grid)) == pytest.approx(grid.ceiling_hits_per_1000(protocol))
+
+
+def test_a_random_walk_on_a_corridor_has_the_gamblers_closed_form():
+    """Absorbed at 0, kept at the far end n, half of all moves bumping sideways: 2 (k (2 n + 1) - k^2) moves."""
+    length = 8
+    grid = Grid((length + 1, 1), Cell(1, 1), 0.3)
+    moves = expected_moves(grid, uniform_policy(grid))
+    for k in range(1, length + 1):
+        assert moves[Cell(k + 1, 1)] == pytest.approx(2 * (k * (2 * length + 1) - k * k))
+
+
+def test_rows_of_the_chain_are_distributions_and_the_target_absorbs():
+    chain = transition_matrix(PAPER, uniform_policy(PAPER))
+    assert chain.sum(axis=1) == pytest.approx(np.ones(25))
+    assert chain[12, 12] == 1.0
+
+
+def test_a_policy_that_may_lose_its_way_earns_nothing():
+    policy = greedy_policy(PAPER)
+    policy[0, 0] = np.eye(4)[Action.LEFT]  # into the wall, for ever
+    assert hits_per_1000(PAPER, "any-start", policy) == 0.0
+    assert hits_per_1000(PAPER, "sensed-start", policy) == 1000.0
+    policy[0, 1] = [0.5, 0.5, 0.0, 0.0]  # (1, 2) now falls into that trap half the time
+    assert expected_moves(PAPER, policy)[Cell(1, 2)] == np.inf
