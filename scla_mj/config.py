@@ -94,7 +94,7 @@ class PlasticityConfig:
     """Decay of the extracellular dopamine concentration (Izhikevich 2007)."""
     dopamine_release: float = 0.5
     """Concentration that one reward adds to a connection's dopamine, signed per connection (Izhikevich 2007: 0.5 uM)."""
-    learning_rate_per_ms: float = 0.02
+    learning_rate_per_ms: float = 0.05
     """Rate of ds/dt = rate c d, applied every step (a gain the public codes of 2007 differ on by ten)."""
 
 

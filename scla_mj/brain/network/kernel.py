@@ -10,7 +10,8 @@ The order of the work inside one step is fixed and named (docs/model.md):
 Eligibility c and weight w of 80,000 synapses are kept lazily. With E = `decayed` = exp(-t / tau_c) and
 G = `gathered` = the sum of rate E d since the last `settle`, a synapse without spikes keeps Z = `scaled` = c / E and
 A = `anchor` = w - Z G constant, so c = Z E and w = clip(A + Z G) need no work at all. This is exact while Z and d keep
-their signs: a spike re-anchors its synapses, and dopamine is released only right after `settle`.
+their signs: a spike re-anchors its synapses, and dopamine is released only right after `settle`. E, G and d, a few numbers
+for 80,000 synapses, are float64 always: a thousand float32 products would lose six digits of a weight's change.
 """
 
 # No `from __future__ import annotations`: numba reads nothing from annotations, readers do.
@@ -20,7 +21,7 @@ import numpy as np
 from numba import njit
 
 from scla_mj.anatomy import EXCITATORY_COUNT, INHIBITORY, MOTOR, NEURON_COUNT, POPULATIONS, PROJECTIONS, SENSORY
-from scla_mj.brain.network.parameters import NeuronConstants, Parameters
+from scla_mj.brain.network.parameters import FLOOR, NeuronConstants, Parameters
 from scla_mj.brain.network.state import NetworkState
 from scla_mj.grid import Action
 
@@ -92,7 +93,7 @@ def _decay(state: NetworkState, parameters: Parameters) -> None:
     state.decayed[0] *= p.eligibility_decay
     for k in range(state.dopamine.shape[0]):
         dopamine = state.dopamine[k] * p.dopamine_decay
-        state.dopamine[k] = dopamine if abs(dopamine) >= p.floor else p.zero
+        state.dopamine[k] = dopamine if abs(dopamine) >= FLOOR else 0.0
         state.gathered[k] += p.learning_rate * state.dopamine[k] * state.decayed[0]
 
 
@@ -101,12 +102,13 @@ def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int) -> 
     """Deliver both rows of weights; depress their eligibility by the postsynaptic traces."""
     p = parameters.plasticity
     row = neuron % _SIDE_SIZE
-    depression = p.depression / state.decayed[0]
+    real = state.anchor.dtype.type
+    depression = p.depression / real(state.decayed[0])
     for k in _OUT_OF_SENSOR[neuron // _SIDE_SIZE]:
         first = _MOTOR_START + _MOTOR_OF[k] * _SIDE_SIZE
         current = state.synaptic[first : first + _SIDE_SIZE]
         trace = state.trace[first : first + _SIDE_SIZE]
-        anchor, scaled, gathered = state.anchor[k, row], state.scaled[k, row], state.gathered[k]
+        anchor, scaled, gathered = state.anchor[k, row], state.scaled[k, row], real(state.gathered[k])
         if gathered == p.zero:
             for j in range(_SIDE_SIZE):
                 current[j] += anchor[j]
@@ -117,7 +119,7 @@ def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int) -> 
             current[j] += weight
             scaled[j] -= depression * trace[j]
             anchor[j] = weight - scaled[j] * gathered
-    state.trace[neuron] += p.one
+    state.trace[neuron] += 1
 
 
 @njit(cache=True, nogil=True)
@@ -125,11 +127,12 @@ def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int) -> No
     """Potentiate both columns of eligibility by the presynaptic traces, this step's sensory spikes included."""
     p = parameters.plasticity
     column = neuron % _SIDE_SIZE
-    potentiation = p.potentiation / state.decayed[0]
+    real = state.anchor.dtype.type
+    potentiation = p.potentiation / real(state.decayed[0])
     for k in _INTO_MOTOR[neuron // _SIDE_SIZE - _SIDES]:
         first = _SENSOR_OF[k] * _SIDE_SIZE
         trace = state.trace[first : first + _SIDE_SIZE]
-        anchor, scaled, gathered = state.anchor[k], state.scaled[k], state.gathered[k]
+        anchor, scaled, gathered = state.anchor[k], state.scaled[k], real(state.gathered[k])
         if gathered == p.zero:
             for i in range(_SIDE_SIZE):
                 scaled[i, column] += potentiation * trace[i]
@@ -138,7 +141,7 @@ def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int) -> No
             weight = min(max(anchor[i, column] + scaled[i, column] * gathered, p.zero), p.weight_max)
             scaled[i, column] += potentiation * trace[i]
             anchor[i, column] = weight - scaled[i, column] * gathered
-    state.trace[neuron] += p.one
+    state.trace[neuron] += 1
 
 
 @njit(cache=True, nogil=True)
@@ -193,9 +196,10 @@ def _list_spikes(fired: Any, neurons: Any) -> int:
 def settle(state: NetworkState, parameters: Parameters) -> None:
     """Write the lazy weights and eligibilities out: afterwards `anchor` is w and `scaled` is c."""
     p = parameters.plasticity
-    decayed = state.decayed[0]
+    real = state.anchor.dtype.type
+    decayed = real(state.decayed[0])
     for k in range(state.gathered.shape[0]):
-        gathered = state.gathered[k]
+        gathered = real(state.gathered[k])
         anchor, scaled = state.anchor[k].reshape(-1), state.scaled[k].reshape(-1)
         if gathered != p.zero:
             for i in range(anchor.shape[0]):
@@ -203,8 +207,8 @@ def settle(state: NetworkState, parameters: Parameters) -> None:
         for i in range(scaled.shape[0]):
             eligibility = scaled[i] * decayed
             scaled[i] = eligibility if abs(eligibility) >= p.floor else p.zero
-        state.gathered[k] = p.zero
-    state.decayed[0] = p.one
+        state.gathered[k] = 0.0
+    state.decayed[0] = 1.0
 
 
 @njit(cache=True, nogil=True)

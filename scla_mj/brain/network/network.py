@@ -58,7 +58,7 @@ class Network:
         return self.state.scaled
 
     @property
-    def dopamine(self) -> NDArray[Any]:
+    def dopamine(self) -> NDArray[np.float64]:
         """The dopamine concentration at each projection, (8,)."""
         return self.state.dopamine
 
@@ -80,7 +80,14 @@ class Network:
         for done in range(0, steps, _STEPS_A_CALL):
             size = min(_STEPS_A_CALL, steps - done)
             spikes = kernel.run(
-                self.state, self.parameters, current, size, first_step + done, self._spike_step, self._spike_neuron, counts
+                self.state,
+                self.parameters,
+                current,
+                size,
+                first_step + done,
+                self._spike_step,
+                self._spike_neuron,
+                counts,
             )
             parts.append((self._spike_step[:spikes].copy(), self._spike_neuron[:spikes].copy()))
         self._check_finite()
@@ -88,10 +95,10 @@ class Network:
 
     def release_dopamine(self, amount: NDArray[Any]) -> None:
         """Add a signed amount to the dopamine concentration at each projection, (8,)."""
-        self.state.dopamine[:] += amount.astype(self._real)
+        self.state.dopamine[:] += amount
 
     def _check_finite(self) -> None:
-        if not np.isfinite(self.state.v).all():
+        if not (np.isfinite(self.state.v).all() and np.isfinite(self.state.u).all()):
             raise SclaError(
                 "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -55,20 +56,19 @@ class NeuronConstants(NamedTuple):
 
 
 class PlasticityConstants(NamedTuple):
-    """Equations 3 and 4 for one step: every field a scalar of the kernel's number format.
+    """Equations 3 and 4 for one step; floats are float64 always, the other fields scalars of the kernel's number format.
 
-    A literal in the kernel would be a float64 and promote a float32 network, so zero and one stand here too.
+    A literal in the kernel would be a float64 and promote a float32 network, so zero stands here too.
     """
 
     potentiation: Any
     depression: Any
     trace_decay: Any
-    eligibility_decay: Any
-    dopamine_decay: Any
-    learning_rate: Any
+    eligibility_decay: float
+    dopamine_decay: float
+    learning_rate: float
     weight_max: Any
     zero: Any
-    one: Any
     floor: Any
     trace_floor: Any
 
@@ -99,12 +99,11 @@ def build_parameters(network: NetworkConfig, plasticity: PlasticityConfig, *, ne
             potentiation=real(plasticity.stdp_potentiation),
             depression=real(plasticity.stdp_depression),
             trace_decay=real(np.exp(-neural_step_ms / plasticity.stdp_tau_ms)),
-            eligibility_decay=real(np.exp(-neural_step_ms / plasticity.eligibility_tau_ms)),
-            dopamine_decay=real(np.exp(-neural_step_ms / plasticity.dopamine_tau_ms)),
-            learning_rate=real(plasticity.learning_rate_per_ms * neural_step_ms),
+            eligibility_decay=math.exp(-neural_step_ms / plasticity.eligibility_tau_ms),
+            dopamine_decay=math.exp(-neural_step_ms / plasticity.dopamine_tau_ms),
+            learning_rate=plasticity.learning_rate_per_ms * neural_step_ms,
             weight_max=real(network.weight_max),
             zero=real(0.0),
-            one=real(1.0),
             floor=real(FLOOR),
             trace_floor=real(TRACE_FLOOR),
         ),

@@ -18,8 +18,8 @@ class NetworkState(NamedTuple):
     """The network's state, as arrays that the kernel changes in place. `R` is float32 or float64.
 
     `v`, `u`: membrane potential and recovery, (1000,) R. `synaptic`: current that arrives in the next step, (1000,) R. `trace`: STDP traces of the sensory
-    and motor neurons, (800,) R. `dopamine`: concentration at each projection, (8,) R. `anchor` and `scaled`, (8, 100, 100)
-    R, hold weights and eligibility lazily (see kernel.py), `decayed` (1,) R and `gathered` (8,) R what they are scaled by.
+    and motor neurons, (800,) R. `dopamine`: concentration at each projection, (8,) float64. `anchor` and `scaled`, (8, 100, 100)
+    R, hold weights and eligibility lazily (see kernel.py), `decayed` (1,) and `gathered` (8,), both float64, what they are scaled by.
     `noise_low`, `noise_high`: each neuron's own generator, (1000,) uint32. `fired`: this step's spikes, (1000,) uint8.
     """
 
@@ -27,11 +27,11 @@ class NetworkState(NamedTuple):
     u: NDArray[Any]
     synaptic: NDArray[Any]
     trace: NDArray[Any]
-    dopamine: NDArray[Any]
+    dopamine: NDArray[np.float64]
     anchor: NDArray[Any]
     scaled: NDArray[Any]
-    decayed: NDArray[Any]
-    gathered: NDArray[Any]
+    decayed: NDArray[np.float64]
+    gathered: NDArray[np.float64]
     noise_low: NDArray[np.uint32]
     noise_high: NDArray[np.uint32]
     fired: NDArray[np.uint8]
@@ -51,11 +51,11 @@ def initial_state(
         u=np.full(NEURON_COUNT, REGULAR_SPIKING.b * rest_v, real),
         synaptic=np.zeros(NEURON_COUNT, real),
         trace=np.zeros(EXCITATORY_COUNT, real),
-        dopamine=np.zeros(len(PROJECTIONS), real),
+        dopamine=np.zeros(len(PROJECTIONS)),
         anchor=weights.uniform(config.weight_low, config.weight_high, shape).astype(real),
         scaled=np.zeros(shape, real),
-        decayed=np.ones(1, real),
-        gathered=np.zeros(len(PROJECTIONS), real),
+        decayed=np.ones(1),
+        gathered=np.zeros(len(PROJECTIONS)),
         noise_low=lanes[0].copy(),
         noise_high=lanes[1].copy(),
         fired=np.zeros(NEURON_COUNT, np.uint8),

@@ -1,0 +1,56 @@
+"""The bar that runs along with a rollout."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import TYPE_CHECKING, Final
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from scla_mj.config import RunConfig
+
+if TYPE_CHECKING:
+    from scla_mj.runs.summary import EpochSummary
+    from scla_mj.signals import DecisionRecord
+
+_REFRESH_DECISIONS: Final = 10
+
+
+class RolloutProgress:
+    """Decisions done, this epoch's hits, percent of ceiling. Drawn on stderr: stdout is for results."""
+
+    def __init__(self, config: RunConfig) -> None:
+        self._total = config.epochs * config.decisions
+        self._bar = Progress(
+            TextColumn("epoch {task.fields[epoch]}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[hits]} hits"),
+            TextColumn("{task.fields[percent]:.1f} % of ceiling"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )
+        self._task = self._bar.add_task("rollout", total=self._total, epoch=1, hits=0, percent=0.0)
+        self._done = 0
+
+    def update(self, record: DecisionRecord, epoch: EpochSummary) -> None:
+        """Move on by one decision."""
+        self._done += 1
+        if self._done % _REFRESH_DECISIONS == 0 or self._done == self._total:
+            self._bar.update(
+                self._task,
+                completed=self._done,
+                epoch=record.epoch,
+                hits=epoch.hits,
+                percent=epoch.percent_of_ceiling,
+            )
+
+    def __enter__(self) -> RolloutProgress:
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.stop()

@@ -1,0 +1,69 @@
+"""The small tables at a rollout's end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from rich.table import Table
+
+from scla_mj import paths
+
+if TYPE_CHECKING:
+    from scla_mj.runs.summary import Summary
+
+_WHAT: Final = {
+    paths.CONFIG_JSON: "every setting, the seed, the package versions",
+    paths.DECISIONS_PARQUET: "a row a decision",
+    paths.SUMMARY_JSON: "hits, ceiling, transitions",
+    paths.BRAIN_NPZ: "final weights and action probabilities",
+    paths.EPOCHS_PNG: "hits per epoch against the ceiling",
+    paths.WEIGHTS_PNG: "the eight mean weights over time",
+    paths.POLICY_PNG: "every cell's action probabilities",
+    paths.RECORDING_RRD: "the recording for Rerun",
+}
+
+
+def epoch_table(summary: Summary) -> Table:
+    """Return what each epoch earned."""
+    columns, rows = summary.cells
+    table = Table(
+        title=f"{summary.protocol}, {columns}x{rows}, target {summary.target}, seed {summary.seed}: "
+        f"ceiling {summary.ceiling_hits_per_1000:.2f} hits per 1000 decisions"
+    )
+    for name in ("epoch", "decisions", "hits", "hits per 1000", "moves per hit", "% of ceiling"):
+        table.add_column(name, justify="right")
+    for epoch in summary.epochs:
+        moves = "-" if epoch.moves_per_hit is None else f"{epoch.moves_per_hit:.2f}"
+        table.add_row(
+            str(epoch.epoch),
+            str(epoch.decisions),
+            str(epoch.hits),
+            f"{epoch.hits_per_1000:.1f}",
+            moves,
+            f"{epoch.percent_of_ceiling:.1f}",
+        )
+    moved = summary.transitions
+    error = "-" if summary.max_position_error_m is None else f"{1000 * summary.max_position_error_m:.2f} mm"
+    table.caption = (
+        f"{moved.commanded} moves: {moved.completed} completed, {moved.blocked} blocked, {moved.failed} failed; "
+        f"largest position error {error}; {summary.simulated_s:.0f} s simulated in {summary.wall_s:.0f} s"
+    )
+    return table
+
+
+def files_table(folder: Path) -> Table:
+    """Return what the run folder holds."""
+    table = Table(title=str(folder))
+    table.add_column("file")
+    table.add_column("size", justify="right")
+    table.add_column("what it holds")
+    for name, what in _WHAT.items():
+        file = folder / name
+        if file.exists():
+            table.add_row(name, _size(file.stat().st_size), what)
+    return table
+
+
+def _size(size_bytes: int) -> str:
+    return f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1_000_000 else f"{size_bytes / 1e3:.1f} kB"

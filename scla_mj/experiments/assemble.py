@@ -1,0 +1,35 @@
+"""From a configuration to a robot with a brain on a floor: the one place where the parts are joined."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scla_mj.brain.scla import SclaBrain
+from scla_mj.loop.drive import Driver
+from scla_mj.loop.trial import Trial
+from scla_mj.randomness import Consumer, generator
+from scla_mj.sense.target_sensor import TargetSensor
+from scla_mj.world.world import World
+
+if TYPE_CHECKING:
+    from scla_mj.config import RunConfig
+
+
+def build_trial(config: RunConfig) -> Trial:
+    """Return a robot with a brain, standing in its first start cell.
+
+    Raises:
+        SclaError: the configuration cannot be run.
+    """
+    config.check()
+    grid, clock = config.build_grid(), config.build_clock()
+    world = World(grid, clock)
+    return Trial(
+        grid=grid,
+        protocol=config.protocol,
+        world=world,
+        sensor=TargetSensor(grid),
+        brain=SclaBrain(config, clock),
+        driver=Driver(world, clock, config.controller),
+        spawn=generator(config.seed, Consumer.SPAWN),
+    )

@@ -1,0 +1,73 @@
+"""One decision in arrow order: sense, think, decide, command, step physics, learn, record."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scla_mj.signals import DecisionRecord, Feedback, Percept
+
+if TYPE_CHECKING:
+    from scla_mj.brain.base import Brain
+    from scla_mj.grid import Grid, StartProtocol
+    from scla_mj.loop.drive import Driver
+    from scla_mj.sense.target_sensor import TargetSensor
+    from scla_mj.world.world import World
+
+_QUARTER_TURN_RAD = math.pi / 2
+
+
+class Trial:
+    """A robot with a brain on a floor, one decision at a time; the run's time goes on over re-spawns."""
+
+    def __init__(
+        self,
+        *,
+        grid: Grid,
+        protocol: StartProtocol,
+        world: World,
+        sensor: TargetSensor,
+        brain: Brain,
+        driver: Driver,
+        spawn: np.random.Generator,
+    ) -> None:
+        self.world = world
+        self.brain = brain
+        self._grid = grid
+        self._starts = grid.start_cells(protocol)
+        self._sensor = sensor
+        self._driver = driver
+        self._spawn = spawn
+        self._respawn()
+
+    @property
+    def time_s(self) -> float:
+        """The run's time so far."""
+        return self._driver.time_s
+
+    def step(self, *, epoch: int, decision: int) -> DecisionRecord:
+        """Let the robot make one decision and drive it; `epoch` and `decision` are the record's numbers."""
+        started_s = self.time_s
+        percept = self._sense()
+        chosen = self.brain.decide(percept)
+        self._driver.hold()
+        move = self._driver.drive(chosen.action, percept.cell)
+        self.brain.elapse(move.duration_s - self._driver.hold_s)
+        now = self._sense()
+        hit = now.cell == self._grid.target
+        self.brain.learn(Feedback(percept, chosen.action, move.outcome, now, hit))
+        record = DecisionRecord(epoch, decision, started_s, percept, chosen, move, hit, self.brain.activity())
+        if hit or move.fallen:
+            self._respawn()
+        return record
+
+    def _sense(self) -> Percept:
+        pose = self.world.pose()
+        return self._sensor.sense(pose.x_m, pose.y_m)
+
+    def _respawn(self) -> None:
+        """Put the robot into a start cell, facing one of the four directions: the one teleport there is."""
+        cell = self._starts[self._spawn.integers(len(self._starts))]
+        self.world.spawn(cell, heading_rad=_QUARTER_TURN_RAD * int(self._spawn.integers(4)))
