@@ -1,0 +1,51 @@
+"""The dashboard's colours: a hue an action, warm for agreeing projections and cool for opposite ones."""
+
+from typing import Final
+
+from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS, PROJECTIONS, SENSORY
+from scla_mj.signals import Outcome
+
+RGB = tuple[int, int, int]
+
+ACTION_COLORS: Final[tuple[RGB, ...]] = ((255, 190, 92), (92, 176, 255), (124, 222, 146), (244, 128, 190))
+CEILING_COLOR: Final[RGB] = (150, 156, 168)
+LEARNING_COLOR: Final[RGB] = (92, 132, 180)
+EPOCH_COLOR: Final[RGB] = (255, 209, 102)
+LABEL_COLOR: Final[RGB] = (178, 184, 196)
+TILE_COLORS: Final[tuple[RGB, RGB]] = ((196, 200, 206), (178, 184, 192))
+TRAIL_COLORS: Final[dict[Outcome, RGB]] = {
+    Outcome.MOVED: (72, 202, 228),
+    Outcome.BLOCKED: (239, 71, 111),
+    Outcome.FAILED: (255, 0, 0),
+}
+HIT_COLOR: Final[RGB] = (255, 209, 102)
+
+_WARM: Final[tuple[RGB, ...]] = ((255, 112, 67), (255, 167, 38), (255, 213, 79), (239, 83, 80))
+_COOL: Final[tuple[RGB, ...]] = ((38, 198, 218), (66, 133, 244), (126, 107, 230), (77, 182, 172))
+
+
+def _blend(color: RGB, towards: RGB, share: float) -> RGB:
+    red, green, blue = (round((1 - share) * a + share * b) for a, b in zip(color, towards, strict=True))
+    return red, green, blue
+
+
+def _population_colors() -> dict[str, RGB]:
+    colors: dict[str, RGB] = {}
+    for group, towards, share in (
+        (SENSORY, (0, 0, 0), 0.0),
+        (MOTOR, (255, 255, 255), 0.35),
+        (INHIBITORY, (0, 0, 0), 0.35),
+    ):
+        for population, color in zip(group, ACTION_COLORS, strict=True):
+            colors[population.name] = _blend(color, towards, share)
+    return colors
+
+
+def _projection_colors() -> dict[str, RGB]:
+    warm, cool = iter(_WARM), iter(_COOL)
+    return {projection.name: next(warm if projection.agrees else cool) for projection in PROJECTIONS}
+
+
+POPULATION_COLORS: Final = _population_colors()
+PROJECTION_COLORS: Final = _projection_colors()
+assert len(POPULATION_COLORS) == len(POPULATIONS)

@@ -1,0 +1,172 @@
+"""The recorder: takes what a run hands it, keeps it in columns, and sends them to a `.rrd` file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+import rerun as rr
+
+from scla_mj.clock import Clock
+from scla_mj.config import Telemetry
+from scla_mj.errors import SclaError
+from scla_mj.grid import Grid, StartProtocol
+from scla_mj.signals import DecisionRecord, Outcome, Snapshot
+from scla_mj.telemetry import names
+from scla_mj.telemetry.blueprint import build_blueprint, raster_width_ms
+from scla_mj.telemetry.buffer import Buffer
+from scla_mj.telemetry.columns import send_buffer
+from scla_mj.telemetry.learning import LearningCurve
+from scla_mj.telemetry.memory import log_snapshot
+from scla_mj.telemetry.poses import POSE_PERIOD_S, end_time_s
+from scla_mj.telemetry.scene import log_scene
+from scla_mj.telemetry.styles import log_styles
+from scla_mj.telemetry.timelines import set_time
+
+_DECISIONS_A_FLUSH: Final = 200
+"""Columns this long cost 31 bytes a number on disk where single rows cost 1300."""
+_SPIKES_A_FLUSH: Final = 800_000
+"""And this many spikes bound the memory of a full recording (some 40 MB while they are sorted)."""
+
+
+class RerunRecorder:
+    """Writes one run into one `.rrd` file. It only reads what it is given, returns nothing, and owns its copies.
+
+    Args:
+        path: the file to write; it must not exist yet.
+        mode: "light" keeps the thinking windows' spikes, "full" every spike; both keep poses at 20 Hz.
+        grid: the floor.
+        clock: the run's periods.
+        model: the compiled `mujoco.MjModel` to draw.
+        run_id: the recording's identity; a resumed run's next part carries the same one.
+        protocol: names the ceiling that the hits are drawn against.
+        weight_max: upper end of the weights' colour scale.
+        metadata: anything else that a reader of the file alone should know, such as the seed.
+
+    Raises:
+        SclaError: the file exists already or cannot be written, or the mode records nothing.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        mode: Telemetry,
+        grid: Grid,
+        clock: Clock,
+        model: Any,
+        run_id: str,
+        protocol: StartProtocol,
+        weight_max: float,
+        metadata: Mapping[str, str | float] | None = None,
+    ) -> None:
+        if mode == "off":
+            raise SclaError("--telemetry off records nothing: choose light or full to record")
+        self._grid = grid
+        self._weight_max = weight_max
+        self._ceiling = grid.ceiling_hits_per_1000(protocol)
+        self._stream = _open(path, run_id, build_blueprint(mode, grid, clock))
+        self._robot = log_scene(self._stream, model, grid)
+        log_styles(self._stream, protocol, -raster_width_ms(mode, clock))
+        known = _properties(mode, grid, clock, protocol, self._ceiling)
+        self._stream.send_property(names.PROPERTIES, rr.AnyValues(**known, **(metadata or {})))
+        stride = max(1, round(POSE_PERIOD_S / clock.control_period_s))
+        self._buffer = Buffer(mode=mode, clock=clock, pose_stride=stride)
+        self._curve = LearningCurve()
+        self._decision = 0
+        self._last: DecisionRecord | None = None
+        self._closed = False
+
+    def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
+        """Record one decision, and the brain's memory after it if a snapshot is given."""
+        if self._last is not None and record.epoch != self._last.epoch:
+            self._end_epoch()
+        self._decision += 1
+        self._last = record
+        self._buffer.add(record, self._decision, self._curve.add(record.epoch, record.hit))
+        if record.move.outcome is Outcome.FAILED:
+            x, y = record.move.before
+            self._say(f"the move {record.chosen.action.label} from cell ({x}, {y}) failed", rr.TextLogLevel.WARN)
+        if snapshot is not None:
+            self._keep(snapshot)
+        if len(self._buffer.rows) >= _DECISIONS_A_FLUSH or self._buffer.spikes >= _SPIKES_A_FLUSH:
+            send_buffer(self._stream, self._buffer, self._robot)
+
+    def close(self, snapshot: Snapshot | None = None) -> None:
+        """Send what is left, the brain's last memory if given, and finish the file; a second call does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._last is not None:
+            self._end_epoch()
+        if snapshot is not None:
+            self._keep(snapshot)
+        send_buffer(self._stream, self._buffer, self._robot)
+        self._stream.flush()
+        self._stream.disconnect()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _keep(self, snapshot: Snapshot) -> None:
+        self._set_time()
+        log_snapshot(self._stream, snapshot, self._grid, self._weight_max)
+
+    def _end_epoch(self) -> None:
+        tally = self._curve.tally
+        assert tally is not None
+        self._set_time()
+        self._stream.log(names.EPOCH_HITS, rr.Scalars(tally.hits_per_1000))
+        self._stream.log(names.CEILING, rr.Scalars(self._ceiling))
+        share = 100 * tally.hits_per_1000 / self._ceiling
+        text = f"epoch {tally.epoch}: {tally.hits} hits in {tally.decisions} decisions, {share:.1f} % of the ceiling"
+        self._say(text, rr.TextLogLevel.INFO)
+
+    def _say(self, text: str, level: str) -> None:
+        self._set_time()
+        self._stream.log(names.LOG, rr.TextLog(text, level=level))
+
+    def _set_time(self) -> None:
+        """Set the stream's time to the end of the last decision, or to the run's start."""
+        last = self._last
+        if last is None:
+            set_time(self._stream, 0.0, 0, 1)
+        else:
+            set_time(self._stream, end_time_s(last.move.trajectory, last.time_s), self._decision, last.epoch)
+
+
+def _open(path: Path, run_id: str, blueprint: Any) -> rr.RecordingStream:
+    """Open the file. A live view is one more sink here: a `GrpcServerSink` on loopback never stalls a run."""
+    if path.exists():
+        raise SclaError(f"the recording {path} exists already: choose another run folder")
+    stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
+    stream.set_log_time_enabled(False)
+    stream.set_log_tick_enabled(False)
+    try:
+        stream.set_sinks(rr.FileSink(path), default_blueprint=blueprint)
+    except Exception as error:
+        raise SclaError(f"the recording {path} cannot be written: {error}") from error
+    return stream
+
+
+def _properties(
+    mode: Telemetry, grid: Grid, clock: Clock, protocol: StartProtocol, ceiling: float
+) -> dict[str, str | float | list[int]]:
+    return {
+        "format": names.FORMAT,
+        "telemetry": mode,
+        "protocol": protocol,
+        "ceiling_hits_per_1000": ceiling,
+        "cells": list(grid.cells),
+        "target": list(grid.target),
+        "cell_size_m": grid.cell_size_m,
+        "neural_step_ms": clock.neural_step_ms,
+        "thinking_window_s": clock.thinking_window_s,
+    }
