@@ -81,8 +81,8 @@ class Tally:
         self._counts[record.epoch] = (decisions + 1, hits + bool(record.hit))
         self._outcomes[record.move.outcome] += 1
         error_m = abs(record.move.position_error_m)
-        if not error_m <= self._max_error_m:  # catches NaN too, and then stays NaN
-            self._max_error_m = error_m
+        # A NaN stays: max() keeps the first of two that do not compare.
+        self._max_error_m = error_m if math.isnan(error_m) else max(self._max_error_m, error_m)
 
     def epoch(self, epoch: int) -> EpochSummary:
         """Return the figures so far of an epoch that has at least one decision."""

@@ -1,0 +1,155 @@
+"""A run folder is made once, and opened again only if it is sound."""
+
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scla_mj import paths
+from scla_mj.config import GridConfig, RunConfig
+from scla_mj.errors import SclaError
+from scla_mj.runs.atomic import write_json
+from scla_mj.runs.folder import RUN_FILES, create, load_config, open_run
+from scla_mj.runs.settings import settings_from_json
+
+
+def refused(call, *arguments):
+    with pytest.raises(SclaError) as caught:
+        call(*arguments)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_a_new_folder_is_made_with_its_parents_and_says_what_made_it(tmp_path):
+    config = dataclasses.replace(RunConfig(), seed=7, grid=GridConfig((7, 7), (4, 4)))
+    run = create(tmp_path / "a" / "b", config)
+    content = json.loads(run.file(paths.CONFIG_JSON).read_text())
+    assert (content["seed"], content["grid"]["cells"], content["protocol"]) == (7, [7, 7], "any-start")
+    named = {"mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow", "scla-mj", "python", "platform"}
+    assert content["versions"].keys() == named
+    assert open_run(run.path).config == config
+
+
+def test_an_existing_folder_is_used_and_its_other_files_are_left_alone(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    create(tmp_path, RunConfig())
+    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", paths.CONFIG_JSON}
+
+
+@pytest.mark.parametrize("name", RUN_FILES)
+def test_a_folder_that_holds_any_file_of_a_run_is_refused_untouched(tmp_path, name):
+    (tmp_path / name).write_bytes(b"precious")
+    said = refused(create, tmp_path, RunConfig())
+    assert f"already holds a run ({name} is there)" in said
+    assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [(name, b"precious")]
+
+
+def test_every_name_in_a_run_folder_is_guarded():
+    names = {value for name, value in vars(paths).items() if name.isupper() and not name.endswith("_XML")}
+    assert names == set(RUN_FILES)
+
+
+def test_a_file_is_no_folder(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert "is a file, not a folder" in refused(create, tmp_path / "file", RunConfig())
+    assert "choose another RUN" in refused(create, tmp_path / "file" / "run", RunConfig())
+
+
+def test_a_folder_that_cannot_be_written_to_is_refused():
+    """/proc takes no folder from anybody, root included."""
+    assert "cannot write /proc/run" in refused(create, "/proc/run", RunConfig())
+
+
+def test_a_file_is_whole_or_absent_when_the_disk_is_full(tmp_path):
+    """A file-size limit stands in for the full disk; what was there stays."""
+    script = (
+        "import resource, sys; from pathlib import Path; from scla_mj.runs.atomic import write_json;"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)); write_json(Path(sys.argv[1]), {'long': 'x' * 5000})"
+    )
+    target = tmp_path / "config.json"
+    write_json(target, {"old": 1})
+    run = subprocess.run([sys.executable, "-c", script, str(target)], capture_output=True, text=True, check=False)
+    assert "SclaError: cannot write" in run.stderr.splitlines()[-1]
+    assert json.loads(target.read_text()) == {"old": 1}
+    assert os.listdir(tmp_path) == ["config.json"]  # noqa: PTH208
+
+
+def test_a_number_that_json_cannot_say_leaves_nothing_behind(tmp_path):
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json(tmp_path / "config.json", {"x": float("nan")})
+    assert list(tmp_path.iterdir()) == []
+
+
+def set_key(content, path, value):
+    *parents, key = path.split(".")
+    for parent in parents:
+        content = content[parent]
+    if value is KeyError:
+        del content[key]
+    else:
+        content[key] = value
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        ("grid.colour", "red", "grid.colour is not a setting: known are cells, target"),
+        ("grid.target", KeyError, "grid.target is missing"),
+        ("grid.target", [3], "grid.target is [3]: it must hold 2 values"),
+        ("grid.target", [3, "x"], "grid.target[1] is 'x': it must be an integer"),
+        ("grid.target", 3, "grid.target is 3: it must be a list"),
+        ("grid.target", [9, 9], "the target (9, 9) is off the 5x5 grid"),
+        ("grid", None, "grid is None: it must be an object of settings"),
+        ("seed", 1.5, "seed is 1.5: it must be an integer"),
+        ("seed", True, "seed is True: it must be an integer"),
+        ("seed", -1, "--seed is -1: it must be 0 or more"),
+        ("decisions", 0, "--decisions is 0: it must be 1 or more"),
+        ("protocol", "no-start", "protocol is 'no-start': it must be one of any-start, sensed-start"),
+        ("protocol", ["any-start"], "protocol is ['any-start']: it must be one of"),
+        ("automaton.reward_rate", "half", "automaton.reward_rate is 'half': it must be a number"),
+        ("automaton.reward_rate", True, "automaton.reward_rate is True: it must be a number"),
+        ("automaton.reward_rate", 2, "--automaton.reward-rate is 2.0: it must be 0 to 1"),
+        ("automaton.reward_rate", float("nan"), "automaton.reward_rate is nan: it must be a finite number"),
+        ("automaton.reward_rate", 10**400, "it must be a finite number"),
+        ("automaton.local_rule", 1, "automaton.local_rule is 1: it must be true or false"),
+        ("clock.physics_step_ms", 3.0, "is not an integer multiple"),
+    ],
+)
+def test_a_configuration_that_was_tampered_with_is_refused_by_its_key(tmp_path, path, value, said):
+    run = create(tmp_path, RunConfig())
+    file = run.file(paths.CONFIG_JSON)
+    content = json.loads(file.read_text())
+    set_key(content, path, value)
+    file.write_text(json.dumps(content))
+    message = refused(open_run, tmp_path)
+    assert said in message
+    assert str(file) in message
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"null", b"\xff\xfe", b"[" * 100_000, b"{}", b'{"seed": 1}'])
+def test_a_damaged_configuration_is_refused(tmp_path, content):
+    (tmp_path / paths.CONFIG_JSON).write_bytes(content)
+    assert paths.CONFIG_JSON in refused(load_config, tmp_path / paths.CONFIG_JSON)
+
+
+def test_what_is_no_run_folder_is_not_opened(tmp_path):
+    assert "is no run folder" in refused(open_run, tmp_path / "absent")
+    assert "config.json does not exist" in refused(open_run, tmp_path)
+    (tmp_path / paths.CONFIG_JSON).mkdir()
+    assert "cannot read" in refused(open_run, tmp_path)
+
+
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(numbers, st.integers(), st.booleans(), st.tuples(st.integers(), st.integers()))
+def test_any_configuration_survives_the_way_to_json_and_back(number, seed, flag, cells):
+    config = RunConfig(seed=seed, grid=GridConfig(cells=cells, cell_size_m=number))
+    config = dataclasses.replace(config, automaton=dataclasses.replace(config.automaton, local_rule=flag))
+    text = json.dumps(dataclasses.asdict(config))
+    assert settings_from_json(RunConfig, json.loads(text), "config.json") == config

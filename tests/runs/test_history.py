@@ -1,0 +1,29 @@
+"""The mean weights over a run of any length fit in the same memory and keep its shape."""
+
+import numpy as np
+import pytest
+
+from scla_mj.runs.history import WeightHistory
+
+
+@pytest.mark.parametrize("decisions", [1, 7, 8, 9, 16, 17, 100, 1000])
+def test_samples_are_evenly_spaced_and_never_more_than_the_capacity(walk, decisions):
+    history = WeightHistory(capacity=8)
+    records = list(walk(1, decisions))
+    for record in records:
+        history.add(record)
+    curve = history.curve()
+    assert min(decisions, 4) <= len(curve.decision) <= 8
+    stride = -(-decisions // 8)
+    stride = 1 << (stride - 1).bit_length()  # the smallest power of two that fits
+    assert curve.decision.tolist() == list(range(1, decisions + 1, stride))
+    for number, time_s, means in zip(*curve, strict=True):
+        assert time_s == records[number - 1].time_s
+        assert (means == np.float64(number)).all()  # the walk's mean weights are its decisions' numbers
+
+
+def test_a_brain_without_synapses_has_an_empty_curve(walk):
+    history = WeightHistory()
+    for record in walk(1, 10, spiking=False):
+        history.add(record)
+    assert history.curve().mean_weights.shape == (0, 8)

@@ -1,0 +1,95 @@
+"""`summary.json` against counts made another way."""
+
+import json
+
+import numpy as np
+import pytest
+
+from scla_mj.config import RunConfig
+from scla_mj.errors import SclaError
+from scla_mj.paths import SUMMARY_JSON
+from scla_mj.runs.decisions import DecisionLog, read_decisions
+from scla_mj.runs.summary import Tally, epoch_summary, read_summary, write_summary
+from scla_mj.signals import Outcome
+
+KEYS = "protocol seed cells target ceiling_hits_per_1000 epochs transitions max_position_error_m simulated_s wall_s"
+
+
+def tallied(records, config=None):
+    tally = Tally(config or RunConfig())
+    for record in records:
+        tally.add(record)
+    return tally.summary(simulated_s=12.5, wall_s=0.25)
+
+
+def test_the_file_has_exactly_the_documented_keys(tmp_path, walk):
+    write_summary(tmp_path, tallied(walk(2, 50)))
+    content = json.loads((tmp_path / SUMMARY_JSON).read_text())
+    assert list(content) == KEYS.split()
+    assert list(content["epochs"][0]) == [
+        "epoch", "decisions", "hits", "hits_per_1000", "moves_per_hit", "percent_of_ceiling"
+    ]  # fmt: skip
+    assert list(content["transitions"]) == ["commanded", "completed", "blocked", "failed"]
+    assert (content["cells"], content["target"], content["wall_s"]) == ([5, 5], [3, 3], 0.25)
+
+
+def test_the_counts_are_those_of_the_decisions_table(tmp_path, walk):
+    records = list(walk(3, 700))
+    with DecisionLog(tmp_path) as log:
+        for record in records:
+            log.write(record)
+    table, summary = read_decisions(tmp_path), tallied(records)
+    epochs, hits = table["epoch"].to_numpy(), table["hit"].to_numpy()
+    assert [epoch.hits for epoch in summary.epochs] == np.bincount(epochs, hits)[1:].tolist()
+    assert {epoch.decisions for epoch in summary.epochs} == {700}
+    outcomes = table["outcome"].to_pylist()
+    transitions = summary.transitions
+    assert (transitions.commanded, transitions.completed, transitions.blocked, transitions.failed) == (
+        2100, outcomes.count("moved"), outcomes.count("blocked"), 0
+    )  # fmt: skip
+    assert summary.max_position_error_m == table["position_error_m"].to_numpy().max()
+
+
+def test_the_papers_automaton_makes_28_75_percent_and_8_70_moves_a_hit():
+    epoch = epoch_summary(1, 1000, 115, 400.0)
+    assert (epoch.hits_per_1000, epoch.percent_of_ceiling) == (115.0, 28.75)
+    assert epoch.moves_per_hit == pytest.approx(8.6957, abs=1e-4)
+    short = epoch_summary(2, 250, 100, 400.0)
+    assert (short.hits_per_1000, short.percent_of_ceiling, short.moves_per_hit) == (400.0, 100.0, 2.5)
+
+
+def test_an_epoch_without_a_hit_has_no_moves_per_hit(tmp_path, walk):
+    summary = tallied(record._replace(hit=False) for record in walk(1, 5))
+    write_summary(tmp_path, summary)
+    assert json.loads((tmp_path / SUMMARY_JSON).read_text())["epochs"][0]["moves_per_hit"] is None
+    assert read_summary(tmp_path) == summary
+
+
+def test_failed_moves_are_counted_and_a_pose_that_is_no_number_is_not_hidden(walk):
+    records = list(walk(1, 9))
+    move = records[4].move._replace(outcome=Outcome.FAILED, position_error_m=float("nan"))
+    summary = tallied([*records[:4], records[4]._replace(move=move), *records[5:]])
+    assert summary.transitions.failed == 1
+    assert summary.max_position_error_m is None
+
+
+def test_a_summary_is_read_back_as_it_was_written(tmp_path, walk):
+    summary = tallied(walk(2, 90))
+    write_summary(tmp_path, summary)
+    assert read_summary(tmp_path) == summary
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("wall_s", "soon", "wall_s is 'soon': it must be a number"),
+        ("epochs", [{}], r"epochs\[0\]\.epoch is missing"),
+        ("surprise", 1, "surprise is not a setting"),
+    ],
+)
+def test_a_damaged_summary_is_refused_by_its_key(tmp_path, walk, key, value, said):
+    write_summary(tmp_path, tallied(walk(1, 5)))
+    content = json.loads((tmp_path / SUMMARY_JSON).read_text())
+    (tmp_path / SUMMARY_JSON).write_text(json.dumps({**content, key: value}))
+    with pytest.raises(SclaError, match=said):
+        read_summary(tmp_path)
