@@ -23,7 +23,7 @@ class Brain(ABC):
     def learn(self, feedback: Feedback) -> None:
         """Take what came of the last decision; called once after every move."""
 
-    def elapse(self, duration_s: float) -> None:
+    def elapse(self, duration_s: float) -> None:  # noqa: B027 (most brains have nothing to do then)
         """Let time pass while the robot drives; `duration_s` is a whole number of control periods."""
 
     def activity(self) -> Activity | None:

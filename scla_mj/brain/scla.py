@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
-from scla_mj.brain.network.network import Network, Spikes
+from scla_mj.brain.network.network import Network
 from scla_mj.brain.reinforcement import CellStates, PathTrace
 from scla_mj.grid import Action
 from scla_mj.randomness import Consumer, generator, seed_sequence
@@ -43,7 +43,7 @@ class SclaBrain(Brain):
         self._driven_steps = 0
 
     def decide(self, percept: Percept) -> Decision:
-        """Drive the sensed direction's population, or the motors that the cell's automaton advises; the busiest motor wins."""
+        """Drive the sensed direction's population, or the motors that the automaton advises; the busiest motor wins."""
         drive = np.zeros(NEURON_COUNT)
         advised = None
         if percept.sensed is not None:
@@ -98,10 +98,10 @@ class SclaBrain(Brain):
         return Action(int(winners[0] if len(winners) == 1 else self._ties.choice(winners)))
 
     def _release_dopamine(self, feedback: Feedback) -> None:
-        """Signed modulation: the agreeing connection of the sensed direction up, the opposite one down, others unchanged.
+        """Signed modulation: the sensed direction's agreeing connection up, the opposite one down, others unchanged.
 
-        The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one (reduce
-        what was taken, strengthen its opposite). A move to either side used neither connection.
+        The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one
+        (reduce what was taken, strengthen its opposite). A move to either side used neither connection.
         """
         sensed = feedback.before.sensed
         if sensed is None or feedback.action not in (sensed, sensed.opposite):

@@ -26,6 +26,7 @@ def build_trial(config: RunConfig) -> Trial:
     world = World(grid, clock)
     return Trial(
         grid=grid,
+        clock=clock,
         protocol=config.protocol,
         world=world,
         sensor=TargetSensor(grid),

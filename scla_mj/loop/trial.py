@@ -11,6 +11,7 @@ from scla_mj.signals import DecisionRecord, Feedback, Percept
 
 if TYPE_CHECKING:
     from scla_mj.brain.base import Brain
+    from scla_mj.clock import Clock
     from scla_mj.grid import Grid, StartProtocol
     from scla_mj.loop.drive import Driver
     from scla_mj.sense.target_sensor import TargetSensor
@@ -26,6 +27,7 @@ class Trial:
         self,
         *,
         grid: Grid,
+        clock: Clock,
         protocol: StartProtocol,
         world: World,
         sensor: TargetSensor,
@@ -36,6 +38,7 @@ class Trial:
         self.world = world
         self.brain = brain
         self._grid = grid
+        self._thinking_controls = clock.thinking_controls
         self._starts = grid.start_cells(protocol)
         self._sensor = sensor
         self._driver = driver
@@ -52,9 +55,9 @@ class Trial:
         started_s = self.time_s
         percept = self._sense()
         chosen = self.brain.decide(percept)
-        self._driver.hold()
+        self._driver.hold(self._thinking_controls)
         move = self._driver.drive(chosen.action, percept.cell)
-        self.brain.elapse(move.duration_s - self._driver.hold_s)
+        self.brain.elapse(move.duration_s)
         now = self._sense()
         hit = now.cell == self._grid.target
         self.brain.learn(Feedback(percept, chosen.action, move.outcome, now, hit))

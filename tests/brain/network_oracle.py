@@ -1,7 +1,8 @@
-"""A dense, readable float64 reference of the network's equations: no laziness, no compilation, one array operation a line.
+"""A dense, readable float64 reference of the network's equations: no laziness, no compilation, one array operation a
+line.
 
-It follows docs/model.md and shares with the product only the table of names (anatomy). Eligibility and weights of all 80,000
-synapses are updated in every step.
+It follows docs/model.md and shares with the product only the table of names (anatomy). Eligibility and weights of all
+80,000 synapses are updated in every step.
 """
 
 import math
@@ -25,8 +26,8 @@ class Settings(NamedTuple):
 
 
 class DenseNetwork:
-    def __init__(self, weights, settings=Settings()):
-        self.settings = settings
+    def __init__(self, weights, settings=None):
+        self.settings = settings or Settings()
         self.w = weights.copy()
         self.c = np.zeros_like(weights)
         self.d = np.zeros(len(PROJECTIONS))

@@ -14,7 +14,8 @@ from scla_mj.signals import Feedback, Outcome, Percept
 MOVE_S = 0.8
 
 
-def build(config=RunConfig()):
+def build(config=None):
+    config = config or RunConfig()
     return SclaBrain(config, config.build_clock())
 
 

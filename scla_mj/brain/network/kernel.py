@@ -7,11 +7,11 @@ The order of the work inside one step is fixed and named (docs/model.md):
 4. `_motor_spike` for each: potentiate eligibility, raise the postsynaptic trace.
 5. `_inhibit`: the fixed wiring, alike for whole populations.
 
-Eligibility c and weight w of 80,000 synapses are kept lazily. With E = `decayed` = exp(-t / tau_c) and
-G = `gathered` = the sum of rate E d since the last `settle`, a synapse without spikes keeps Z = `scaled` = c / E and
-A = `anchor` = w - Z G constant, so c = Z E and w = clip(A + Z G) need no work at all. This is exact while Z and d keep
-their signs: a spike re-anchors its synapses, and dopamine is released only right after `settle`. E, G and d, a few numbers
-for 80,000 synapses, are float64 always: a thousand float32 products would lose six digits of a weight's change.
+Eligibility c and weight w of 80,000 synapses are kept lazily. With E = `decayed` = exp(-t / tau_c) and G = `gathered`
+= the sum of rate E d since the last `settle`, a synapse without spikes keeps Z = `scaled` = c / E and A = `anchor` =
+w - Z G constant, so c = Z E and w = clip(A + Z G) need no work at all. This is exact while Z and d keep their signs:
+a spike re-anchors its synapses, and dopamine is released only right after `settle`. E, G and d, a few numbers for
+80,000 synapses, are float64 always: a thousand float32 products would lose six digits of a weight's change.
 """
 
 # No `from __future__ import annotations`: numba reads nothing from annotations, readers do.
@@ -224,8 +224,8 @@ def run(
 ) -> int:
     """Advance the network by `steps` steps under a constant `drive`, (1000,), one current a neuron; then settle.
 
-    Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, which must
-    hold 1000 a step; adds the spikes of each population to `counts`, (12,) int64; returns the number of spikes.
+    Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, which
+    must hold 1000 a step; adds the spikes of each population to `counts`, (12,) int64; returns the number of spikes.
     """
     total = 0
     for step in range(first_step, first_step + steps):

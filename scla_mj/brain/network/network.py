@@ -64,7 +64,8 @@ class Network:
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, (8,)."""
-        return self.weights.reshape(len(PROJECTIONS), -1).mean(axis=1, dtype=np.float64)
+        means: NDArray[np.float64] = self.weights.reshape(len(PROJECTIONS), -1).mean(axis=1, dtype=np.float64)
+        return means
 
     def run(self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0) -> Spikes:
         """Run `steps` neural steps under a constant current into each neuron, (1000,), and return the spikes.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import EXCITATORY_COUNT, INHIBITORY, MOTOR, NEURON_COUNT, SENSORY
+from scla_mj.anatomy import INHIBITORY, MOTOR, NEURON_COUNT, SENSORY
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig, PlasticityConfig
@@ -39,8 +39,8 @@ _UNIFORM_HALF_WIDTH: Final = 3.0**0.5
 class NeuronConstants(NamedTuple):
     """Equations 1 and 2 for one step: every field a scalar of the kernel's number format.
 
-    `quadratic`, `linear`, `offset` are 0.04, 5 and 140; `half_step` is half the neural step in ms, `rate` is a times the
-    step; `pulse` makes a synaptic current of one step carry the same charge at any step length.
+    `quadratic`, `linear`, `offset` are 0.04, 5 and 140; `half_step` is half the neural step in ms, `rate` is a times
+    the step; `pulse` makes a synaptic current of one step carry the same charge at any step length.
     """
 
     quadratic: Any
@@ -56,7 +56,7 @@ class NeuronConstants(NamedTuple):
 
 
 class PlasticityConstants(NamedTuple):
-    """Equations 3 and 4 for one step; floats are float64 always, the other fields scalars of the kernel's number format.
+    """Equations 3 and 4 for one step; a float is float64 always, the others are of the kernel's number format.
 
     A literal in the kernel would be a float64 and promote a float32 network, so zero stands here too.
     """
@@ -76,8 +76,8 @@ class PlasticityConstants(NamedTuple):
 class Parameters(NamedTuple):
     """All that a step reads and never writes.
 
-    `noise_amplitude`, (1000,), is the half width of each neuron's uniform noise; `noise_unit`, 2**-31, turns a signed 32-bit
-    integer into a uniform number on [-1, 1).
+    `noise_amplitude`, (1000,), is the half width of each neuron's uniform noise; `noise_unit`, 2**-31, turns a signed
+    32-bit integer into a uniform number on [-1, 1).
     """
 
     excitatory: NeuronConstants
@@ -138,5 +138,5 @@ def _noise_amplitude(network: NetworkConfig, step_ms: float) -> NDArray[Any]:
         (INHIBITORY, network.inhibitory_noise),
     ):
         amplitude[populations[0].start : populations[-1].stop] = deviation
-    assert EXCITATORY_COUNT == MOTOR[-1].stop
-    return (amplitude * _UNIFORM_HALF_WIDTH / np.sqrt(step_ms)).astype(network.precision)
+    half_width: NDArray[Any] = (amplitude * _UNIFORM_HALF_WIDTH / np.sqrt(step_ms)).astype(network.precision)
+    return half_width

@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 class NetworkState(NamedTuple):
     """The network's state, as arrays that the kernel changes in place. `R` is float32 or float64.
 
-    `v`, `u`: membrane potential and recovery, (1000,) R. `synaptic`: current that arrives in the next step, (1000,) R. `trace`: STDP traces of the sensory
-    and motor neurons, (800,) R. `dopamine`: concentration at each projection, (8,) float64. `anchor` and `scaled`, (8, 100, 100)
-    R, hold weights and eligibility lazily (see kernel.py), `decayed` (1,) and `gathered` (8,), both float64, what they are scaled by.
-    `noise_low`, `noise_high`: each neuron's own generator, (1000,) uint32. `fired`: this step's spikes, (1000,) uint8.
+    `v`, `u`: membrane potential and recovery, (1000,) R. `synaptic`: current that arrives in the next step, (1000,)
+    R. `trace`: STDP traces of the sensory and motor neurons, (800,) R. `dopamine`: concentration at each projection,
+    (8,) float64. `anchor` and `scaled`, (8, 100, 100) R, hold weights and eligibility lazily (see kernel.py),
+    `decayed` (1,) and `gathered` (8,), both float64, what they are scaled by. `noise_low`, `noise_high`: each
+    neuron's own generator, (1000,) uint32. `fired`: this step's spikes, (1000,) uint8.
     """
 
     v: NDArray[Any]

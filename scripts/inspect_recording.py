@@ -1,0 +1,8 @@
+"""`python scripts/inspect_recording.py RUN`: the same as `scla-mj inspect RUN`."""
+
+import sys
+
+from scla_mj.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main(["inspect", *sys.argv[1:]]))

@@ -1,0 +1,8 @@
+"""`python scripts/rollout.py RUN`: the same as `scla-mj rollout RUN`."""
+
+import sys
+
+from scla_mj.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main(["rollout", *sys.argv[1:]]))
