@@ -1,25 +1,25 @@
 """Every setting of a run, each default stated once with its source or its reason.
 
-`model section N` is the table "What we build where the paper is silent" and its neighbours in docs/model.md. Lengths of time
-carry their unit in the name; a number without a unit is a pure number.
+`model section N` is the table "What we build where the paper is silent" and its neighbours in docs/model.md. Lengths
+of time carry their unit in the name; a number without a unit is a pure number.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro.conf
 
 from scla_mj.clock import Clock, resolve_clock
-from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid, StartProtocol
+from scla_mj.limits import check_limits
 
 Telemetry = Literal["off", "light", "full"]
 Scheme = Literal["reward-penalty", "reward-inaction", "reward-epsilon-penalty", "opposite-pair"]
 Precision = Literal["float32", "float64"]
+Modulation = Literal["signed", "scalar"]
+Credit = Literal["executed", "decided"]
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,23 @@ class GridConfig:
     """Columns and rows of the floor (paper: 5 x 5)."""
     target: tuple[int, int] = (3, 3)
     """The target's column and row, from 1 (paper: 3 3)."""
+    closed_cells: tuple[tuple[int, int], ...] = ()
+    """Cells that are walls inside the floor, as column row column row ..."""
     cell_size_m: float = 0.30
     """Edge of a cell: about twice the robot's length, so that it turns without touching a wall."""
+
+
+@dataclass(frozen=True)
+class WorldConfig:
+    """What makes the task harder than the paper's."""
+
+    direction_noise: float = 0.0
+    """Probability that the executed direction is one of the three others (the paper's non-deterministic
+    environment)."""
+    jump_epoch: int = 0
+    """From this epoch on the target is elsewhere; 0 for never. The brain is not told."""
+    jump_target: tuple[int, int] = (1, 5)
+    """Where the target jumps to."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +62,8 @@ class ClockConfig:
     control_period_ms: float = 10.0
     """One period of the wheel-speed controller."""
     thinking_window_ms: float = 50.0
-    """How long the motor populations are counted before a decision (paper: "a limited time"; model section 4: some 50 ms)."""
+    """How long the motor populations are counted before a decision (paper: "a limited time"; model section 4: some 50
+    ms)."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +92,8 @@ class NetworkConfig:
     """Weight from every motor neuron to every neuron of its own inhibitory population."""
     inhibitory_to_motor: float = -0.6
     """Weight from every inhibitory neuron to every neuron of the three other motor populations; 0 switches it off."""
+    runs_while_driving: bool = True
+    """One clock: neural time is physical time. Off, the network stands still while the wheels turn (an ablation)."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +103,8 @@ class PlasticityConfig:
     stdp_potentiation: float = 0.1
     """A+: eligibility added when a postsynaptic spike follows a presynaptic one (Izhikevich 2007)."""
     stdp_depression: float = 0.12
-    """A-: eligibility taken when a presynaptic spike follows a postsynaptic one; above A+ so that chance pairs weaken."""
+    """A-: eligibility taken when a presynaptic spike follows a postsynaptic one; above A+ so that chance pairs
+    weaken."""
     stdp_tau_ms: float = 20.0
     """Time constant of both STDP traces (Izhikevich 2007)."""
     eligibility_tau_ms: float = 1000.0
@@ -93,7 +112,12 @@ class PlasticityConfig:
     dopamine_tau_ms: float = 200.0
     """Decay of the extracellular dopamine concentration (Izhikevich 2007)."""
     dopamine_release: float = 0.5
-    """Concentration that one reward adds to a connection's dopamine, signed per connection (Izhikevich 2007: 0.5 uM)."""
+    """Concentration that one reward adds to a connection's dopamine, signed per connection (Izhikevich 2007: 0.5
+    uM)."""
+    dopamine_delay_s: float = 0.0
+    """Time between a move's end and the dopamine for it (an ablation)."""
+    modulation: Modulation = "signed"
+    """signed: up for the agreeing connection, down for the opposite one; scalar: one value for all eight."""
     learning_rate_per_ms: float = 0.05
     """Rate of ds/dt = rate c d, applied every step (a gain the public codes of 2007 differ on by ten)."""
 
@@ -103,7 +127,8 @@ class AutomatonConfig:
     """The learning automaton of every cell, and where the network's signal to it comes from (model section 4)."""
 
     scheme: Scheme = "reward-penalty"
-    """How a signal changes the action probabilities (Narendra and Thathachar 1989; opposite-pair: the paper's own text)."""
+    """How a signal changes the action probabilities (Narendra and Thathachar 1989; opposite-pair: the paper's own
+    text)."""
     reward_rate: float = 0.5
     """a: reward p_i += a (1 - p_i)."""
     penalty_rate: float = 0.2
@@ -118,8 +143,25 @@ class AutomatonConfig:
     """Signal from dopamine on arrival, to every cell left on the way, weighted by its trace."""
     trace_tau_moves: float = 1.5
     """Decay of that trace, in moves."""
+    credit: Credit = "executed"
+    """Which action a signal is for: the one the body reports to have executed, or the one that was decided."""
     bump_penalty: bool = True
     """The environment's penalty: a blocked move is bad."""
+
+
+@dataclass(frozen=True)
+class QLearningConfig:
+    """Tabular Q-learning, for comparison (Watkins 1989); the defaults are its best on this task: optimistic and
+    greedy."""
+
+    learning_rate: float = 1.0
+    """alpha; 1 is right where moves are deterministic."""
+    discount: float = 0.9
+    """gamma."""
+    initial_value: float = 1.0
+    """Every Q at the start; 1, the reward of a hit, is optimistic and makes greedy choices explore."""
+    epsilon: float = 0.0
+    """Probability of a random action."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +170,10 @@ class ControllerConfig:
 
     max_speed_m_s: float = 0.5
     """Top speed of a straight drive."""
-    max_acceleration_m_s2: float = 2.0
-    """Below the grip and below what would lift the caster."""
+    forward_acceleration_m_s2: float = 2.2
+    """Pushing forwards (speeding up, or braking in reverse) lightens the wheels: the tyres would slip at 2.9."""
+    backward_acceleration_m_s2: float = 2.8
+    """Pushing backwards (braking, or speeding up in reverse) lightens the caster: the robot would tip at 3.2."""
     max_turn_rate_rad_s: float = 5.0
     """Top turn rate in place."""
     max_turn_acceleration_rad_s2: float = 30.0
@@ -158,19 +202,25 @@ class RunConfig:
     """Decisions in an epoch (paper: 1000 time steps)."""
     seed: int = 0
     """Seed of every random stream."""
+    brain: str = "scla"
+    """scla, automaton, network, random, q-learning, shortest-path, or package.module:Class for your own."""
     telemetry: Telemetry = "light"
     """What recording.rrd keeps: nothing, the thinking windows, or every spike."""
     grid: Annotated[GridConfig, tyro.conf.arg(name="")] = field(default_factory=GridConfig)
+    world: WorldConfig = field(default_factory=WorldConfig)
     clock: ClockConfig = field(default_factory=ClockConfig)
     network: NetworkConfig = field(default_factory=NetworkConfig)
     plasticity: PlasticityConfig = field(default_factory=PlasticityConfig)
     automaton: AutomatonConfig = field(default_factory=AutomatonConfig)
+    q_learning: QLearningConfig = field(default_factory=QLearningConfig)
     controller: ControllerConfig = field(default_factory=ControllerConfig)
 
-    def build_grid(self) -> Grid:
-        """Return the checked grid."""
-        grid = self.grid
-        return Grid(grid.cells, Cell(*grid.target), grid.cell_size_m)
+    def build_grid(self, epoch: int = 1) -> Grid:
+        """Return the checked grid, with the target where it is in that epoch."""
+        grid, jump_epoch = self.grid, self.world.jump_epoch
+        target = self.world.jump_target if 0 < jump_epoch <= epoch else grid.target
+        closed = frozenset(Cell(*cell) for cell in grid.closed_cells)
+        return Grid(grid.cells, Cell(*target), grid.cell_size_m, closed)
 
     def build_clock(self) -> Clock:
         """Return the checked clock."""
@@ -183,70 +233,6 @@ class RunConfig:
             SclaError: a value is out of its range; the sentence names the option, the value and the range.
         """
         self.build_grid()
+        self.build_grid(epoch=max(1, self.world.jump_epoch))
         self.build_clock()
-        _check_numbers(self)
-
-
-def _check_numbers(config: RunConfig) -> None:
-    values = flatten(config)
-    for option, value in values.items():
-        if isinstance(value, float) and not math.isfinite(value):
-            raise SclaError(f"--{option} is {value}: it must be a finite number")
-    for option, (low, high) in _RANGES.items():
-        value = values[option]
-        if not low <= value <= high:
-            bound = f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
-            raise SclaError(f"--{option} is {value}: it must be {bound}")
-    if config.network.weight_low > config.network.weight_high:
-        raise SclaError("--network.weight-low is above --network.weight-high: swap them")
-    if config.network.weight_high > config.network.weight_max:
-        raise SclaError("--network.weight-high is above --network.weight-max: initial weights must lie within the clip")
-
-
-_TINY = 1e-6
-_RANGES: dict[str, tuple[float, float]] = {
-    "epochs": (1, math.inf),
-    "decisions": (1, math.inf),
-    "seed": (0, math.inf),
-    "cell-size-m": (0.25, 10.0),
-    "clock.neural-step-ms": (_TINY, 1.0),
-    "clock.physics-step-ms": (_TINY, 20.0),
-    "clock.control-period-ms": (_TINY, 100.0),
-    "clock.thinking-window-ms": (_TINY, 10_000.0),
-    "network.weight-low": (0.0, math.inf),
-    "network.sensory-noise": (0.0, math.inf),
-    "network.motor-noise": (0.0, math.inf),
-    "network.inhibitory-noise": (0.0, math.inf),
-    "plasticity.stdp-tau-ms": (_TINY, math.inf),
-    "plasticity.eligibility-tau-ms": (_TINY, math.inf),
-    "plasticity.dopamine-tau-ms": (_TINY, math.inf),
-    "plasticity.learning-rate-per-ms": (0.0, math.inf),
-    "automaton.reward-rate": (0.0, 1.0),
-    "automaton.penalty-rate": (0.0, 1.0),
-    "automaton.epsilon": (0.0, 1.0),
-    "automaton.discount": (0.0, 1.0),
-    "automaton.trace-tau-moves": (_TINY, math.inf),
-    "controller.max-speed-m-s": (0.01, 0.6),
-    "controller.max-acceleration-m-s2": (0.01, 2.5),
-    "controller.max-turn-rate-rad-s": (0.1, 7.0),
-    "controller.max-turn-acceleration-rad-s2": (0.1, 60.0),
-    "controller.position-tolerance-m": (_TINY, 0.05),
-    "controller.heading-tolerance-rad": (_TINY, 0.2),
-    "controller.reaim-fraction": (0.005, 0.5),
-    "controller.reaim-limit": (0, 100),
-    "controller.timeout-s": (0.1, 600.0),
-}
-
-
-def flatten(config: RunConfig) -> dict[str, Any]:
-    """Return every setting by its option's name, as the command line spells it."""
-    flat: dict[str, Any] = {}
-    for section in dataclasses.fields(config):
-        value = getattr(config, section.name)
-        if not dataclasses.is_dataclass(value):
-            flat[section.name] = value
-            continue
-        prefix = "" if section.name == "grid" else f"{section.name}."
-        for item in dataclasses.fields(value):
-            flat[(prefix + item.name).replace("_", "-")] = getattr(value, item.name)
-    return flat
+        check_limits(self)

@@ -8,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scla_mj import config as config_module
-from scla_mj.config import RunConfig, flatten
+from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
-
-RANGES = config_module._RANGES
+from scla_mj.limits import RANGES, flatten
 
 
 def with_option(option: str, value: object) -> RunConfig:

@@ -1,0 +1,88 @@
+"""What a setting may be: every option's range, and the sentence that refuses what lies outside."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from scla_mj.errors import SclaError
+
+if TYPE_CHECKING:
+    from scla_mj.config import RunConfig
+
+_TINY: Final = 1e-6
+RANGES: Final[dict[str, tuple[float, float]]] = {
+    "epochs": (1, math.inf),
+    "decisions": (1, math.inf),
+    "seed": (0, math.inf),
+    "cell-size-m": (0.25, 10.0),
+    "world.direction-noise": (0.0, 0.75),  # at 3/4 a decision says nothing about the direction any more
+    "world.jump-epoch": (0, math.inf),
+    "clock.neural-step-ms": (_TINY, 1.0),
+    "clock.physics-step-ms": (_TINY, 20.0),
+    "clock.control-period-ms": (_TINY, 100.0),
+    "clock.thinking-window-ms": (_TINY, 10_000.0),
+    "network.weight-low": (0.0, math.inf),
+    "network.sensory-noise": (0.0, math.inf),
+    "network.motor-noise": (0.0, math.inf),
+    "network.inhibitory-noise": (0.0, math.inf),
+    "plasticity.stdp-tau-ms": (_TINY, math.inf),
+    "plasticity.eligibility-tau-ms": (_TINY, math.inf),
+    "plasticity.dopamine-tau-ms": (_TINY, math.inf),
+    "plasticity.dopamine-delay-s": (0.0, 60.0),
+    "plasticity.learning-rate-per-ms": (0.0, math.inf),
+    "automaton.reward-rate": (0.0, 1.0),
+    "automaton.penalty-rate": (0.0, 1.0),
+    "automaton.epsilon": (0.0, 1.0),
+    "automaton.discount": (0.0, 1.0),
+    "automaton.trace-tau-moves": (_TINY, math.inf),
+    "q-learning.learning-rate": (0.0, 1.0),
+    "q-learning.discount": (0.0, 1.0),
+    "q-learning.epsilon": (0.0, 1.0),
+    "controller.max-speed-m-s": (0.01, 0.6),
+    "controller.forward-acceleration-m-s2": (0.01, 2.5),
+    "controller.backward-acceleration-m-s2": (0.01, 3.0),
+    "controller.max-turn-rate-rad-s": (0.1, 7.0),
+    "controller.max-turn-acceleration-rad-s2": (0.1, 60.0),
+    "controller.position-tolerance-m": (_TINY, 0.05),
+    "controller.heading-tolerance-rad": (_TINY, 0.2),
+    "controller.reaim-fraction": (0.005, 0.5),
+    "controller.reaim-limit": (0, 100),
+    "controller.timeout-s": (0.1, 600.0),
+}
+
+
+def check_limits(config: RunConfig) -> None:
+    """Refuse a setting that is not finite or out of its range.
+
+    Raises:
+        SclaError: the sentence names the option, the value and the range.
+    """
+    values = flatten(config)
+    for option, value in values.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise SclaError(f"--{option} is {value}: it must be a finite number")
+    for option, (low, high) in RANGES.items():
+        value = values[option]
+        if not low <= value <= high:
+            bound = f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
+            raise SclaError(f"--{option} is {value}: it must be {bound}")
+    if config.network.weight_low > config.network.weight_high:
+        raise SclaError("--network.weight-low is above --network.weight-high: swap them")
+    if config.network.weight_high > config.network.weight_max:
+        raise SclaError("--network.weight-high is above --network.weight-max: initial weights must lie within the clip")
+
+
+def flatten(config: RunConfig) -> dict[str, Any]:
+    """Return every setting by its option's name, as the command line spells it."""
+    flat: dict[str, Any] = {}
+    for section in dataclasses.fields(config):
+        value = getattr(config, section.name)
+        if not dataclasses.is_dataclass(value):
+            flat[section.name] = value
+            continue
+        prefix = "" if section.name == "grid" else f"{section.name}."
+        for item in dataclasses.fields(value):
+            flat[(prefix + item.name).replace("_", "-")] = getattr(value, item.name)
+    return flat
