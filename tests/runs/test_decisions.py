@@ -1,12 +1,12 @@
 """`decisions.parquet`: what was written is what is read, whatever happens to the run in between."""
 
 import io
-import os
 import resource
 import signal
 import subprocess
 import sys
 import tracemalloc
+from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -16,6 +16,7 @@ from scla_mj.errors import SclaError
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
 from scla_mj.runs.decisions import BATCH_ROWS, SCHEMA, DecisionLog, read_decisions
 
+HERE = str(Path(__file__).parent)
 COLUMNS = (
     "epoch decision time_s x y sensed advised action to_x to_y outcome hit duration_s position_error_m "
     "heading_error_rad spikes_MU spikes_MD spikes_ML spikes_MR"
@@ -112,9 +113,8 @@ for number, record in enumerate(walk(2, 600)):
 
 
 def test_a_run_killed_outright_is_read_up_to_its_last_whole_batch(tmp_path, walk):
-    here = os.path.dirname(__file__)  # noqa: PTH120
     run = subprocess.Popen(
-        [sys.executable, "-c", KILLED, str(tmp_path), here], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-c", KILLED, str(tmp_path), HERE], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )
     assert run.stdout.readline() == b"here\n"
     run.send_signal(signal.SIGKILL)
@@ -151,15 +151,43 @@ def test_a_full_disk_ends_in_a_sentence_and_every_whole_batch_stays_readable(tmp
     def fill():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
-    here = os.path.dirname(__file__)  # noqa: PTH120
     run = subprocess.run(
-        [sys.executable, "-c", script, str(tmp_path), here],
+        [sys.executable, "-c", script, str(tmp_path), HERE],
         preexec_fn=fill,
         capture_output=True,
         text=True,
         check=False,
     )
     assert "SclaError: cannot write" in run.stderr.splitlines()[-1]
+    rows = read_decisions(tmp_path).num_rows
+    assert rows >= BATCH_ROWS
+    assert rows % BATCH_ROWS == 0
+
+
+FULL_FOR_A_WHILE = """
+import resource, sys; sys.path.insert(0, sys.argv[2])
+from pathlib import Path
+from conftest import walk
+from scla_mj.errors import SclaError
+from scla_mj.runs.decisions import DecisionLog
+log = DecisionLog(Path(sys.argv[1]))
+resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+try:
+    for record in walk(2, 600):
+        log.write(record)
+except SclaError:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    log.close()
+    print("closed")
+"""
+
+
+def test_nothing_is_written_after_half_a_batch_even_when_the_disk_has_room_again(tmp_path):
+    run = subprocess.run(
+        [sys.executable, "-c", FULL_FOR_A_WHILE, str(tmp_path), HERE], capture_output=True, text=True, check=True
+    )
+    assert run.stdout == "closed\n"
+    assert [path.name for path in tmp_path.iterdir()] == [DECISIONS_PARTIAL]
     rows = read_decisions(tmp_path).num_rows
     assert rows >= BATCH_ROWS
     assert rows % BATCH_ROWS == 0

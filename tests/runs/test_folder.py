@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import os
 import subprocess
 import sys
 
@@ -76,7 +75,7 @@ def test_a_file_is_whole_or_absent_when_the_disk_is_full(tmp_path):
     run = subprocess.run([sys.executable, "-c", script, str(target)], capture_output=True, text=True, check=False)
     assert "SclaError: cannot write" in run.stderr.splitlines()[-1]
     assert json.loads(target.read_text()) == {"old": 1}
-    assert os.listdir(tmp_path) == ["config.json"]  # noqa: PTH208
+    assert [path.name for path in tmp_path.iterdir()] == ["config.json"]
 
 
 def test_a_number_that_json_cannot_say_leaves_nothing_behind(tmp_path):
