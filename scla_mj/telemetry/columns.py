@@ -64,14 +64,14 @@ def _send_spikes(stream: rr.RecordingStream, buffer: Buffer) -> None:
         buffer.clock.neural_step_ms,
     )
     index = _index(rows, [row.start_s for row in rows])
-    for number, name in enumerate(POPULATION_NAMES):
-        points = rr.Points2D.columns(positions=block.of(number)).partition(counts[number])
-        stream.send_columns(f"{names.SPIKES}/{name}", index, points)
     half_ms = buffer.clock.thinking_steps * buffer.clock.neural_step_ms / 2
     centres = np.column_stack([origins_ms + half_ms, np.full(len(rows), _SIZES.sum() / 2)])
     half_sizes = np.tile([half_ms, _SIZES.sum() / 2], (len(rows), 1))
     boxes = rr.Boxes2D.columns(half_sizes=half_sizes, centers=centres, colors=[_color(row) for row in rows])
     stream.send_columns(names.WINDOWS, index, boxes)
+    for number, name in enumerate(POPULATION_NAMES):
+        points = rr.Points2D.columns(positions=block.of(number)).partition(counts[number])
+        stream.send_columns(f"{names.SPIKES}/{name}", index, points)
 
 
 def _send_scroll(stream: rr.RecordingStream, buffer: Buffer) -> None:

@@ -72,11 +72,14 @@ class RerunRecorder:
         log_styles(self._stream, protocol, -raster_width_ms(mode, clock))
         known = _properties(mode, grid, clock, protocol, self._ceiling)
         self._stream.send_property(names.PROPERTIES, rr.AnyValues(**known, **(metadata or {})))
+        # Columns overtake what is logged row by row: a file cut short must hold at least what it is about.
+        self._stream.flush()
         stride = max(1, round(POSE_PERIOD_S / clock.control_period_s))
         self._buffer = Buffer(mode=mode, clock=clock, pose_stride=stride)
         self._curve = LearningCurve()
         self._decision = 0
         self._last: DecisionRecord | None = None
+        self._remembered = -1
         self._closed = False
 
     def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
@@ -116,6 +119,10 @@ class RerunRecorder:
         self.close()
 
     def _keep(self, snapshot: Snapshot) -> None:
+        """Log a memory, once a decision: nothing learns between a decision's end and the run's."""
+        if self._remembered == self._decision:
+            return
+        self._remembered = self._decision
         self._set_time()
         log_snapshot(self._stream, snapshot, self._grid, self._weight_max)
 

@@ -1,0 +1,218 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rerun as rr
+from synthetic_run import records, snapshot
+from test_recording import open_recorder, record_run
+
+from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
+from scla_mj.errors import SclaError
+from scla_mj.signals import Outcome
+from scla_mj.telemetry.agreement import compare
+from scla_mj.telemetry.reader import inspect_recording
+
+
+@pytest.fixture(autouse=True)
+def _strict():
+    rr.set_strict_mode(True)
+    yield
+    rr.set_strict_mode(False)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return list(records(epochs=3, decisions=100, spikes=600, thinking_spikes=120))
+
+
+@pytest.fixture(scope="module")
+def memory():
+    return snapshot(np.random.default_rng(5))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, run, memory):
+    path = tmp_path_factory.mktemp("recordings")
+    for mode in ("light", "full"):
+        record_run(path / f"{mode}.rrd", mode, run, memory)
+    return path
+
+
+def summary_of(run) -> dict:
+    """Return what summary.json would say, counted here."""
+    epochs = []
+    for epoch in sorted({record.epoch for record in run}):
+        hits = [record.hit for record in run if record.epoch == epoch]
+        epochs.append({"epoch": epoch, "decisions": len(hits), "hits": sum(hits)})
+    outcomes = [record.move.outcome for record in run]
+    return {
+        "protocol": "any-start",
+        "seed": 7,
+        "cells": [5, 5],
+        "target": [3, 3],
+        "ceiling_hits_per_1000": 400.0,
+        "epochs": epochs,
+        "transitions": {
+            "commanded": len(run),
+            "completed": outcomes.count(Outcome.MOVED),
+            "blocked": outcomes.count(Outcome.BLOCKED),
+            "failed": 0,
+        },
+        "max_position_error_m": max(record.move.position_error_m for record in run),
+        "simulated_s": float(run[-1].move.trajectory[-1, 0]),
+    }
+
+
+@pytest.mark.parametrize("mode", ["light", "full"])
+def test_a_recording_alone_tells_hits_spikes_weights_and_memory(folder, run, memory, mode):
+    seen = inspect_recording(folder / f"{mode}.rrd")
+    assert (seen.mode, seen.finished, seen.properties["protocol"]) == (mode, True, "any-start")
+    for epoch in seen.epochs:
+        hits = [record.hit for record in run if record.epoch == epoch.epoch]
+        assert (epoch.decisions, epoch.hits) == (len(hits), sum(hits))
+    for population, counted in zip(POPULATIONS, seen.populations, strict=True):
+        mine = [
+            (record.activity.spike_neuron >= population.start) & (record.activity.spike_neuron < population.stop)
+            for record in run
+        ]
+        thinking = sum(
+            np.count_nonzero(here & (record.activity.spike_step < 50)) for here, record in zip(mine, run, strict=True)
+        )
+        assert counted.thinking_spikes == thinking
+        assert counted.thinking_rate_hz == pytest.approx(thinking / population.size / (0.050 * len(run)))
+        assert counted.whole_spikes == (sum(map(np.count_nonzero, mine)) if mode == "full" else None)
+    first, last = run[0].activity.mean_weights, run[-1].activity.mean_weights
+    assert list(seen.first_weights.values()) == first.tolist() and list(seen.last_weights) == list(PROJECTION_NAMES)
+    assert list(seen.last_weights.values()) == last.tolist()
+    assert seen.weights.tobytes() == memory.weights.tobytes() and seen.weights.dtype == np.float32
+    assert seen.probabilities.tobytes() == memory.probabilities.tobytes()
+
+
+def test_the_path_is_as_long_as_the_robot_drove(tmp_path):
+    run = []
+    for record in records(epochs=1, decisions=40, spikes=10, thinking_spikes=5):
+        rows = record.move.trajectory.copy()
+        # A straight line between two centres, without the made-up wobble.
+        start, end = rows[0, 1:4], rows[-1, 1:4]
+        rows[:, 1:4] = start + np.linspace(0, 1, len(rows))[:, None] * (end - start)
+        run.append(record._replace(move=record.move._replace(trajectory=rows)))
+    record_run(tmp_path / "r.rrd", "light", run)
+    driven = sum(float(np.linalg.norm(np.diff(record.move.trajectory[[0, -1], 1:4], axis=0))) for record in run)
+    assert inspect_recording(tmp_path / "r.rrd").path_length_m == pytest.approx(driven, rel=1e-5)
+
+
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_a_recording_agrees_with_its_run_in_either_precision(tmp_path, run, memory, precision):
+    weights = memory.weights.astype(precision)
+    means = weights.mean(axis=(1, 2), dtype=float)
+    last = run[-1]._replace(activity=run[-1].activity._replace(mean_weights=means))
+    brain = memory._replace(weights=weights)
+    record_run(tmp_path / "r.rrd", "light", [*run[:-1], last], brain)
+    rows = compare(inspect_recording(tmp_path / "r.rrd"), summary_of(run), brain)
+    assert len(rows) >= 20
+    assert [row for row in rows if not row.agrees] == []
+
+
+def test_each_difference_from_the_run_is_named(folder, run, memory):
+    seen = inspect_recording(folder / "light.rrd")
+    brain = memory._replace(
+        weights=np.array([seen.last_weights[name] for name in PROJECTION_NAMES])[:, None, None] * np.ones((8, 100, 100))
+    )
+
+    def differing(**change) -> set[str]:
+        base = {row.what for row in compare(seen, summary_of(run), memory) if not row.agrees}
+        return {row.what for row in compare(seen, summary_of(run) | change, memory) if not row.agrees} - base
+
+    assert differing(seed=8) == {"seed"}
+    assert differing(protocol="sensed-start") == {"protocol"}
+    assert differing(max_position_error_m=None) == {"largest position error, m"}
+    epochs = summary_of(run)["epochs"]
+    assert differing(epochs=[*epochs[:-1], epochs[-1] | {"hits": epochs[-1]["hits"] + 1}]) == {
+        "epoch 3, hits of decisions"
+    }
+    assert differing(epochs=epochs[:-1]) == {"epoch 3, hits of decisions"}
+    one_bit = memory.weights.copy()
+    one_bit[0, 0, 0] = np.nextafter(one_bit[0, 0, 0], np.float32(9))
+    named = {row.what: row.agrees for row in compare(seen, summary_of(run), memory._replace(weights=one_bit))}
+    assert not named["last weight matrices"] and named["last action probabilities"]
+    means = {row.what: row.agrees for row in compare(seen, summary_of(run), brain)}
+    assert all(means[f"last mean weight {name}"] for name in PROJECTION_NAMES)
+
+
+_KILLED = """
+import os, signal, sys
+sys.path[:0] = {paths!r}
+from synthetic_run import records
+from test_recording import open_recorder
+from pathlib import Path
+recorder = open_recorder(Path(sys.argv[1]))
+for record in records(epochs=1, decisions=450, spikes=20, thinking_spikes=10):
+    recorder.write(record)
+recorder._stream.flush()
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_the_recording_of_a_killed_run_is_readable_up_to_its_last_columns(tmp_path):
+    script = _KILLED.format(paths=[str(Path(__file__).parent)])
+    done = subprocess.run([sys.executable, "-c", script, str(tmp_path / "r.rrd")], capture_output=True, timeout=60)
+    assert done.returncode == -signal.SIGKILL, done.stderr.decode()
+    seen = inspect_recording(tmp_path / "r.rrd")
+    assert (seen.finished, seen.decisions) == (False, 400)
+    expected = sum(record.hit for record in list(records(epochs=1, decisions=450, spikes=20, thinking_spikes=10))[:400])
+    assert seen.epochs[0].hits == expected
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+def test_a_recording_cut_anywhere_is_readable_or_refused_in_a_sentence(folder, tmp_path, share):
+    whole = (folder / "full.rrd").read_bytes()
+    (tmp_path / "cut.rrd").write_bytes(whole[: int(share * len(whole))])
+    seen = inspect_recording(tmp_path / "cut.rrd")
+    assert not seen.finished and seen.decisions in (0, 200, 300)
+
+
+def test_a_damaged_recording_is_refused_in_a_sentence(folder, tmp_path):
+    whole = bytearray((folder / "light.rrd").read_bytes())
+    middle = len(whole) // 2
+    whole[middle : middle + 3000] = os.urandom(3000)
+    (tmp_path / "damaged.rrd").write_bytes(whole)
+    with pytest.raises(SclaError, match=r"damaged\.rrd is damaged: [^\n]+$"):
+        inspect_recording(tmp_path / "damaged.rrd")
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (None, "there is no recording"),
+        (b"", "is empty"),
+        (b"\x89PNG and so on", "is not a Rerun recording"),
+        (b"RRF2", "is damaged"),
+    ],
+)
+def test_what_is_no_recording_is_refused_in_a_sentence(tmp_path, content, sentence):
+    if content is not None:
+        (tmp_path / "x.rrd").write_bytes(content)
+    with pytest.raises(SclaError, match=rf"^[^\n]*{sentence}[^\n]*$"):
+        inspect_recording(tmp_path / "x.rrd")
+
+
+def test_somebody_elses_recording_is_refused_in_a_sentence(tmp_path):
+    stream = rr.RecordingStream("another_program")
+    stream.save(tmp_path / "x.rrd")
+    stream.log("points", rr.Points2D([[0, 0]]))
+    stream.flush()
+    stream.disconnect()
+    with pytest.raises(SclaError, match="was recorded by 'another_program'"):
+        inspect_recording(tmp_path / "x.rrd")
+
+
+def test_a_run_that_recorded_no_decision_is_readable(tmp_path):
+    open_recorder(tmp_path / "r.rrd").close()
+    seen = inspect_recording(tmp_path / "r.rrd")
+    assert (seen.decisions, seen.epochs, seen.weights, seen.path_length_m) == (0, (), None, 0.0)
