@@ -15,6 +15,7 @@ class Consumer(enum.IntEnum):
     NOISE = 2
     TIES = 3
     AUTOMATA = 4
+    DIRECTION_NOISE = 5
 
 
 def seed_sequence(seed: int, consumer: Consumer) -> np.random.SeedSequence:

@@ -59,10 +59,14 @@ class Move(NamedTuple):
 
 
 class Feedback(NamedTuple):
-    """What a brain learns from: what it sensed, what it did, how that ended, and what it senses now."""
+    """What a brain learns from: what it sensed, what it decided, what its body executed, how it ended, what it senses now.
+
+    `executed` differs from `action` only on a floor with direction noise; wheels and gyro tell it to the robot.
+    """
 
     before: Percept
     action: Action
+    executed: Action
     outcome: Outcome
     after: Percept
     hit: bool
@@ -95,7 +99,8 @@ class Snapshot(NamedTuple):
 class DecisionRecord(NamedTuple):
     """One decision, whole: everything that a log or a recording may want, and nothing that can be written back.
 
-    `epoch` and `decision` count from 1; `time_s` is the run's time when the thinking window opened.
+    `epoch` and `decision` count from 1; `time_s` is the run's time when the thinking window opened. `executed` is the
+    direction the body was sent in, `chosen.action` unless the floor's direction noise had its way.
     """
 
     epoch: int
@@ -103,6 +108,7 @@ class DecisionRecord(NamedTuple):
     time_s: float
     percept: Percept
     chosen: Decision
+    executed: Action
     move: Move
     hit: bool
     activity: Activity | None

@@ -61,12 +61,16 @@ class SclaBrain(Brain):
 
     def elapse(self, duration_s: float) -> None:
         """Run the network, undriven but for its noise, while the wheels turn."""
+        if not self._config.network.runs_while_driving:
+            return
         steps = round(duration_s * 1000.0 / self._clock.neural_step_ms)
         self._driven_steps = steps
         self._driven = self.network.run(steps, first_step=self._clock.thinking_steps)
 
     def learn(self, feedback: Feedback) -> None:
         """Release dopamine for a sensed target, and pass the network's signal on to the automata."""
+        if self._config.automaton.credit == "executed":
+            feedback = feedback._replace(action=feedback.executed)
         if feedback.outcome is not Outcome.FAILED:
             self._release_dopamine(feedback)
         self._path.add(feedback)
@@ -98,17 +102,13 @@ class SclaBrain(Brain):
         return Action(int(winners[0] if len(winners) == 1 else self._ties.choice(winners)))
 
     def _release_dopamine(self, feedback: Feedback) -> None:
-        """Signed modulation: the sensed direction's agreeing connection up, the opposite one down, others unchanged.
-
-        The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one
-        (reduce what was taken, strengthen its opposite). A move to either side used neither connection.
-        """
-        sensed = feedback.before.sensed
-        if sensed is None or feedback.action not in (sensed, sensed.opposite):
+        """Reward or punish the move that a sensed target called for; without one, the network is not taught."""
+        if feedback.before.sensed is None:
             return
-        release = self._config.plasticity.dopamine_release
-        amount = np.array([release * _modulation(sensed, p.sensor, p.motor) for p in PROJECTIONS])
-        self.network.release_dopamine(amount)
+        plasticity = self._config.plasticity
+        modulation = _scalar(feedback) if plasticity.modulation == "scalar" else _signed(feedback)
+        delay_steps = round(plasticity.dopamine_delay_s * 1000.0 / self._clock.neural_step_ms)
+        self.network.release_dopamine(plasticity.dopamine_release * modulation, delay_steps=delay_steps)
 
     def _signal_automata(self, feedback: Feedback) -> None:
         config, cell, action = self._config.automaton, feedback.before.cell, feedback.action
@@ -131,7 +131,17 @@ class SclaBrain(Brain):
                 self.automata.reward(cell, action, weight=trace)
 
 
-def _modulation(sensed: Action, sensor: Action, motor: Action) -> int:
-    if sensor != sensed:
-        return 0
-    return 1 if motor == sensed else -1
+def _signed(feedback: Feedback) -> NDArray[np.float64]:
+    """Per connection: the sensed direction's agreeing one up, the opposite one down, the others unchanged, (8,).
+
+    The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one (reduce
+    what was taken, strengthen its opposite). A move to either side used neither connection.
+    """
+    sensed = feedback.before.sensed
+    used = sensed is not None and feedback.action in (sensed, sensed.opposite)
+    return np.array([(1.0 if p.agrees else -1.0) if used and p.sensor == sensed else 0.0 for p in PROJECTIONS])
+
+
+def _scalar(feedback: Feedback) -> NDArray[np.float64]:
+    """One value for all eight connections: reward for a hit, punishment for a miss, (8,)."""
+    return np.full(len(PROJECTIONS), 1.0 if feedback.hit else -1.0)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scla_mj.brain.scla import SclaBrain
+from scla_mj.brain.registry import build_brain
 from scla_mj.loop.drive import Driver
+from scla_mj.loop.floor import DirectionNoise
 from scla_mj.loop.trial import Trial
 from scla_mj.randomness import Consumer, generator
-from scla_mj.sense.target_sensor import TargetSensor
 from scla_mj.world.world import World
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ def build_trial(config: RunConfig) -> Trial:
         clock=clock,
         protocol=config.protocol,
         world=world,
-        sensor=TargetSensor(grid),
-        brain=SclaBrain(config, clock),
+        brain=build_brain(config, clock),
         driver=Driver(world, clock, config.controller),
+        noise=DirectionNoise(config.world.direction_noise, rng=generator(config.seed, Consumer.DIRECTION_NOISE)),
         spawn=generator(config.seed, Consumer.SPAWN),
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scla_mj.sense.target_sensor import TargetSensor
 from scla_mj.signals import DecisionRecord, Feedback, Percept
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from scla_mj.clock import Clock
     from scla_mj.grid import Grid, StartProtocol
     from scla_mj.loop.drive import Driver
-    from scla_mj.sense.target_sensor import TargetSensor
+    from scla_mj.loop.floor import DirectionNoise
     from scla_mj.world.world import World
 
 _QUARTER_TURN_RAD = math.pi / 2
@@ -30,18 +31,20 @@ class Trial:
         clock: Clock,
         protocol: StartProtocol,
         world: World,
-        sensor: TargetSensor,
         brain: Brain,
         driver: Driver,
+        noise: DirectionNoise,
         spawn: np.random.Generator,
     ) -> None:
         self.world = world
         self.brain = brain
         self._grid = grid
         self._thinking_controls = clock.thinking_controls
+        self._protocol = protocol
         self._starts = grid.start_cells(protocol)
-        self._sensor = sensor
+        self._sensor = TargetSensor(grid)
         self._driver = driver
+        self._noise = noise
         self._spawn = spawn
         self._respawn()
 
@@ -56,15 +59,25 @@ class Trial:
         percept = self._sense()
         chosen = self.brain.decide(percept)
         self._driver.hold(self._thinking_controls)
-        move = self._driver.drive(chosen.action, percept.cell)
+        executed = self._noise.execute(chosen.action)
+        move = self._driver.drive(executed, percept.cell)
         self.brain.elapse(move.duration_s)
         now = self._sense()
         hit = now.cell == self._grid.target
-        self.brain.learn(Feedback(percept, chosen.action, move.outcome, now, hit))
-        record = DecisionRecord(epoch, decision, started_s, percept, chosen, move, hit, self.brain.activity())
+        self.brain.learn(Feedback(percept, chosen.action, executed, move.outcome, now, hit))
+        record = DecisionRecord(epoch, decision, started_s, percept, chosen, executed, move, hit, self.brain.activity())
         if hit or move.fallen:
             self._respawn()
         return record
+
+    def move_target(self, grid: Grid) -> None:
+        """Put the target where `grid` has it; the brain is not told. A robot that stands there starts anew."""
+        self._grid = grid
+        self._starts = grid.start_cells(self._protocol)
+        self._sensor = TargetSensor(grid)
+        self.world.move_target(grid.target)
+        if self._sense().cell == grid.target:
+            self._respawn()
 
     def _sense(self) -> Percept:
         pose = self.world.pose()

@@ -17,6 +17,7 @@ def walk(grid, cell, action):
     return Feedback(
         Percept(cell, grid.sensed_from(cell)),
         action,
+        action,
         outcome,
         Percept(after, grid.sensed_from(after)),
         after == grid.target,

@@ -20,7 +20,7 @@ def build(config=None):
 
 
 def feedback(cell, sensed, action, after, *, outcome=Outcome.MOVED, hit=False):
-    return Feedback(Percept(cell, sensed), action, outcome, Percept(after, None), hit)
+    return Feedback(Percept(cell, sensed), action, action, outcome, Percept(after, None), hit)
 
 
 def live(brain, grid, protocol, decisions, rng):
@@ -34,7 +34,7 @@ def live(brain, grid, protocol, decisions, rng):
         brain.elapse(MOVE_S)
         hit = after == grid.target
         outcome = Outcome.BLOCKED if after == cell else Outcome.MOVED
-        brain.learn(Feedback(percept, action, outcome, Percept(after, grid.sensed_from(after)), hit))
+        brain.learn(Feedback(percept, action, action, outcome, Percept(after, grid.sensed_from(after)), hit))
         hits += hit
         cell = starts[rng.integers(len(starts))] if hit else after
     return hits

@@ -43,6 +43,8 @@ class Network:
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms)
         self.state = initial_state(network, weights=weights, noise=noise)
+        self._steps = 0
+        self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._silence = np.zeros(NEURON_COUNT, self._real)
         self._spike_step = np.empty(_STEPS_A_CALL * NEURON_COUNT, np.int32)
         self._spike_neuron = np.empty(_STEPS_A_CALL * NEURON_COUNT, np.int32)
@@ -78,8 +80,9 @@ class Network:
         current = self._silence if drive is None else drive.astype(self._real)
         counts = np.zeros(len(POPULATIONS), np.int64)
         parts: list[tuple[NDArray[np.int32], NDArray[np.int32]]] = []
-        for done in range(0, steps, _STEPS_A_CALL):
-            size = min(_STEPS_A_CALL, steps - done)
+        done = 0
+        while done < steps:
+            size = min(_STEPS_A_CALL, steps - done, self._steps_to_release())
             spikes = kernel.run(
                 self.state,
                 self.parameters,
@@ -91,12 +94,23 @@ class Network:
                 counts,
             )
             parts.append((self._spike_step[:spikes].copy(), self._spike_neuron[:spikes].copy()))
+            done += size
+            self._steps += size
         self._check_finite()
         return Spikes(_join([step for step, _ in parts]), _join([neuron for _, neuron in parts]), counts)
 
-    def release_dopamine(self, amount: NDArray[Any]) -> None:
-        """Add a signed amount to the dopamine concentration at each projection, (8,)."""
-        self.state.dopamine[:] += amount
+    def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
+        """Add a signed amount to the dopamine concentration at each projection, (8,), now or some steps from now."""
+        self._releases.append((self._steps + delay_steps, amount))
+        self._steps_to_release()
+
+    def _steps_to_release(self) -> int:
+        """Carry out the releases that are due; return the steps to the next one."""
+        for due, amount in self._releases:
+            if due <= self._steps:
+                self.state.dopamine[:] += amount
+        self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
+        return min((due - self._steps for due, _ in self._releases), default=_STEPS_A_CALL)
 
     def _check_finite(self) -> None:
         if not (np.isfinite(self.state.v).all() and np.isfinite(self.state.u).all()):
