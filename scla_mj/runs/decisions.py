@@ -46,6 +46,7 @@ SCHEMA: Final = pa.schema(
             for name in ("duration_s", "position_error_m", "heading_error_rad")
         ),
         *(pa.field(name, pa.int32()) for name in SPIKE_COLUMNS),
+        pa.field("executed", pa.string(), nullable=False),
     ]
 )
 """Columns as `docs` names them; the spike counts are null for a brain without neurons."""
@@ -54,6 +55,7 @@ _LABELS: Final = {
     "sensed": DIRECTIONS | {NONE},
     "advised": DIRECTIONS | {NONE},
     "action": DIRECTIONS,
+    "executed": DIRECTIONS,
     "outcome": frozenset(outcome.value for outcome in Outcome),
 }
 
@@ -76,6 +78,7 @@ def row(record: DecisionRecord) -> tuple[Any, ...]:
         move.position_error_m,
         move.heading_error_rad,
         *(chosen.motor_spikes or (None,) * len(SPIKE_COLUMNS)),
+        record.executed.label,
     )
 
 

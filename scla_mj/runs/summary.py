@@ -8,6 +8,7 @@ from pathlib import Path
 
 from scla_mj.config import RunConfig
 from scla_mj.grid import StartProtocol
+from scla_mj.markov import ceiling_hits_per_1000
 from scla_mj.paths import SUMMARY_JSON
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.settings import settings_from_json
@@ -16,7 +17,11 @@ from scla_mj.signals import DecisionRecord, Outcome
 
 @dataclass(frozen=True)
 class EpochSummary:
-    """What one epoch earned; `moves_per_hit` is None where nothing was hit."""
+    """What one epoch earned, beside the ceiling of that epoch's floor.
+
+    `moves_per_hit` is None where nothing was hit; `mean_weights`, one a projection at the epoch's end, is None for a
+    brain without synapses.
+    """
 
     epoch: int
     decisions: int
@@ -24,6 +29,8 @@ class EpochSummary:
     hits_per_1000: float
     moves_per_hit: float | None
     percent_of_ceiling: float
+    ceiling_hits_per_1000: float
+    mean_weights: tuple[float, ...] | None
 
 
 @dataclass(frozen=True)
@@ -52,7 +59,13 @@ class Summary:
     wall_s: float
 
 
-def epoch_summary(epoch: int, decisions: int, hits: int, ceiling_hits_per_1000: float) -> EpochSummary:
+def epoch_summary(
+    epoch: int,
+    decisions: int,
+    hits: int,
+    ceiling_hits_per_1000: float,
+    mean_weights: tuple[float, ...] | None = None,
+) -> EpochSummary:
     """Return an epoch's figures from its counts; `decisions` is at least 1."""
     hits_per_1000 = 1000.0 * hits / decisions
     return EpochSummary(
@@ -62,7 +75,19 @@ def epoch_summary(epoch: int, decisions: int, hits: int, ceiling_hits_per_1000: 
         hits_per_1000=hits_per_1000,
         moves_per_hit=decisions / hits if hits else None,
         percent_of_ceiling=100.0 * hits_per_1000 / ceiling_hits_per_1000,
+        ceiling_hits_per_1000=ceiling_hits_per_1000,
+        mean_weights=mean_weights,
     )
+
+
+@dataclass
+class _Count:
+    """What is counted of one epoch while it goes on."""
+
+    ceiling_hits_per_1000: float
+    decisions: int = 0
+    hits: int = 0
+    mean_weights: tuple[float, ...] | None = None
 
 
 class Tally:
@@ -70,23 +95,28 @@ class Tally:
 
     def __init__(self, config: RunConfig) -> None:
         self._config = config
-        self._ceiling = config.build_grid().ceiling_hits_per_1000(config.protocol)
-        self._counts: dict[int, tuple[int, int]] = {}
+        self._counts: dict[int, _Count] = {}
         self._outcomes = dict.fromkeys(Outcome, 0)
         self._max_error_m = 0.0
 
     def add(self, record: DecisionRecord) -> None:
         """Count one decision."""
-        decisions, hits = self._counts.get(record.epoch, (0, 0))
-        self._counts[record.epoch] = (decisions + 1, hits + bool(record.hit))
+        if record.epoch not in self._counts:
+            self._counts[record.epoch] = _Count(_ceiling_hits_per_1000(self._config, record.epoch))
+        count = self._counts[record.epoch]
+        count.decisions += 1
+        count.hits += bool(record.hit)
+        if record.activity is not None:
+            count.mean_weights = tuple(record.activity.mean_weights.tolist())
         self._outcomes[record.move.outcome] += 1
         error_m = abs(record.move.position_error_m)
-        # A NaN stays: max() keeps the first of two that do not compare.
-        self._max_error_m = error_m if math.isnan(error_m) else max(self._max_error_m, error_m)
+        if error_m > self._max_error_m or math.isnan(error_m):  # a NaN stays: nothing is above it
+            self._max_error_m = error_m
 
     def epoch(self, epoch: int) -> EpochSummary:
         """Return the figures so far of an epoch that has at least one decision."""
-        return epoch_summary(epoch, *self._counts[epoch], self._ceiling)
+        count = self._counts[epoch]
+        return epoch_summary(epoch, count.decisions, count.hits, count.ceiling_hits_per_1000, count.mean_weights)
 
     def summary(self, *, simulated_s: float, wall_s: float) -> Summary:
         """Return the figures so far, with the times that the caller's clocks show."""
@@ -96,7 +126,7 @@ class Tally:
             seed=config.seed,
             cells=config.grid.cells,
             target=config.grid.target,
-            ceiling_hits_per_1000=self._ceiling,
+            ceiling_hits_per_1000=_ceiling_hits_per_1000(config, 1),
             epochs=tuple(self.epoch(epoch) for epoch in sorted(self._counts)),
             transitions=Transitions(
                 commanded=sum(outcomes.values()),
@@ -108,6 +138,13 @@ class Tally:
             simulated_s=simulated_s,
             wall_s=wall_s,
         )
+
+
+def _ceiling_hits_per_1000(config: RunConfig, epoch: int) -> float:
+    """The ceiling of that epoch's floor: the target may jump, and moves may go astray."""
+    return ceiling_hits_per_1000(
+        config.build_grid(epoch), config.protocol, direction_noise=config.world.direction_noise
+    )
 
 
 def write_summary(folder: Path, summary: Summary) -> None:

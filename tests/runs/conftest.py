@@ -31,7 +31,7 @@ def walk(epochs: int, decisions: int, *, spiking: bool = True) -> Iterator[Decis
                     np.zeros((0, 12)))  # fmt: skip
         hit = after == grid.target
         epoch, decision = divmod(number, decisions)
-        yield DecisionRecord(epoch + 1, decision + 1, time_s, Percept(cell, sensed), chosen, move, hit,
+        yield DecisionRecord(epoch + 1, decision + 1, time_s, Percept(cell, sensed), chosen, chosen.action, move, hit,
                              activity(number + 1.0) if spiking else None)  # fmt: skip
         cell, time_s = Cell(1, 1) if hit else after, time_s + duration_s
 

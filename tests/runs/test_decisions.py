@@ -19,7 +19,7 @@ from scla_mj.runs.decisions import BATCH_ROWS, SCHEMA, DecisionLog, read_decisio
 HERE = str(Path(__file__).parent)
 COLUMNS = (
     "epoch decision time_s x y sensed advised action to_x to_y outcome hit duration_s position_error_m "
-    "heading_error_rad spikes_MU spikes_MD spikes_ML spikes_MR"
+    "heading_error_rad spikes_MU spikes_MD spikes_ML spikes_MR executed"
 )
 
 

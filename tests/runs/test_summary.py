@@ -27,7 +27,8 @@ def test_the_file_has_exactly_the_documented_keys(tmp_path, walk):
     content = json.loads((tmp_path / SUMMARY_JSON).read_text())
     assert list(content) == KEYS.split()
     assert list(content["epochs"][0]) == [
-        "epoch", "decisions", "hits", "hits_per_1000", "moves_per_hit", "percent_of_ceiling"
+        "epoch", "decisions", "hits", "hits_per_1000", "moves_per_hit", "percent_of_ceiling",
+        "ceiling_hits_per_1000", "mean_weights",
     ]  # fmt: skip
     assert list(content["transitions"]) == ["commanded", "completed", "blocked", "failed"]
     assert (content["cells"], content["target"], content["wall_s"]) == ([5, 5], [3, 3], 0.25)

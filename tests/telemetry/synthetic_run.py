@@ -57,7 +57,7 @@ def records(
         chosen = Decision(action, None, (3, 2, 1, 0))
         epoch, decision = number // decisions + 1, number % decisions + 1
         yield DecisionRecord(
-            epoch, decision, time_s, Percept(cell, grid.sensed_from(cell)), chosen, move, hit, activity
+            epoch, decision, time_s, Percept(cell, grid.sensed_from(cell)), chosen, action, move, hit, activity
         )
         time_s = round(float(move.trajectory[-1, 0]), 6)
         starts = grid.start_cells("any-start")
