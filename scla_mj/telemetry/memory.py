@@ -46,6 +46,6 @@ def policy_arrows(probabilities: NDArray[np.float64], grid: Grid) -> rr.Arrows3D
     return rr.Arrows3D(
         origins=centres[cell],
         vectors=steps[action] * chance * _ARROW_REACH * grid.cell_size_m,
-        radii=(0.002 + 0.006 * chance[:, 0]),
+        radii=0.003 + 0.006 * chance[:, 0],
         colors=colors.astype(np.uint8),
     )

@@ -24,6 +24,7 @@ WEIGHTS: Final = "brain/weights"
 WEIGHT_MATRIX: Final = "brain/weight_matrix"
 DOPAMINE: Final = "brain/dopamine"
 RASTER_LABELS: Final = "brain/raster/labels"
+RASTER_MARGIN: Final = "brain/raster/margin"
 
 PROBABILITIES: Final = "automaton/probabilities"
 
@@ -32,6 +33,8 @@ OUTCOME: Final = "decisions/outcome"
 DURATION_S: Final = "decisions/duration_s"
 POSITION_ERROR_M: Final = "decisions/position_error_m"
 LOG: Final = "decisions/log"
+
+ABOUT: Final = "about"
 
 LEARNING: Final = "learning"
 ROLLING_HITS: Final = "learning/last_100_decisions"

@@ -11,6 +11,7 @@ ACTION_COLORS: Final[tuple[RGB, ...]] = ((255, 190, 92), (92, 176, 255), (124, 2
 CEILING_COLOR: Final[RGB] = (150, 156, 168)
 LEARNING_COLOR: Final[RGB] = (92, 132, 180)
 EPOCH_COLOR: Final[RGB] = (255, 209, 102)
+BACKGROUND: Final[RGB] = (16, 18, 24)
 LABEL_COLOR: Final[RGB] = (178, 184, 196)
 TILE_COLORS: Final[tuple[RGB, RGB]] = ((196, 200, 206), (178, 184, 192))
 TRAIL_COLORS: Final[dict[Outcome, RGB]] = {

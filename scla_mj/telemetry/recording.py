@@ -15,7 +15,8 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Grid, StartProtocol
 from scla_mj.signals import DecisionRecord, Outcome, Snapshot
 from scla_mj.telemetry import names
-from scla_mj.telemetry.blueprint import build_blueprint, raster_width_ms
+from scla_mj.telemetry.about import describe
+from scla_mj.telemetry.blueprint import build_blueprint, raster_layout
 from scla_mj.telemetry.buffer import Buffer
 from scla_mj.telemetry.columns import send_buffer
 from scla_mj.telemetry.learning import LearningCurve
@@ -67,11 +68,12 @@ class RerunRecorder:
         self._grid = grid
         self._weight_max = weight_max
         self._ceiling = grid.ceiling_hits_per_1000(protocol)
-        self._stream = _open(path, run_id, build_blueprint(mode, grid, clock))
+        self._stream = _open(path, run_id, build_blueprint(mode, grid, clock, self._ceiling, weight_max))
         self._robot = log_scene(self._stream, model, grid)
-        log_styles(self._stream, protocol, -raster_width_ms(mode, clock))
+        log_styles(self._stream, protocol, raster_layout(mode, clock))
         known = _properties(mode, grid, clock, protocol, self._ceiling)
         self._stream.send_property(names.PROPERTIES, rr.AnyValues(**known, **(metadata or {})))
+        self._stream.log(names.ABOUT, describe(mode, grid, protocol, self._ceiling), static=True)
         # Columns overtake what is logged row by row: a file cut short must hold at least what it is about.
         self._stream.flush()
         stride = max(1, round(POSE_PERIOD_S / clock.control_period_s))
@@ -84,6 +86,9 @@ class RerunRecorder:
 
     def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
         """Record one decision, and the brain's memory after it if a snapshot is given."""
+        if self._last is None:
+            set_time(self._stream, record.time_s, 1, record.epoch)
+            self._stream.log(names.CEILING, rr.Scalars(self._ceiling))
         if self._last is not None and record.epoch != self._last.epoch:
             self._end_epoch()
         self._decision += 1
