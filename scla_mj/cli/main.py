@@ -7,10 +7,11 @@ from typing import Final
 
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
+from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.rollout import Rollout
 from scla_mj.errors import SclaError
 
-VERBS: Final = {"rollout": Rollout, "inspect": Inspect}
+VERBS: Final = {"rollout": Rollout, "inspect": Inspect, "reproduce": Reproduce}
 _EXIT_INTERRUPTED: Final = 130
 
 

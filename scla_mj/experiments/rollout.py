@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 Watch = Callable[["DecisionRecord", EpochSummary], None]
 
 
-def rollout(config: RunConfig, path: Path, *, watch: Watch | None = None) -> Summary:
+def rollout(config: RunConfig, path: Path, *, watch: Watch | None = None, pictures: bool = True) -> Summary:
     """Run every epoch of `config` and leave a run folder; `watch` is called after every decision.
+    `pictures` draws the three figures.
 
     Whatever ends the run early, what was complete is left readable: the decisions, their summary and the recording.
 
@@ -51,13 +52,17 @@ def rollout(config: RunConfig, path: Path, *, watch: Watch | None = None) -> Sum
                     watch(record, tally.epoch(record.epoch))
     finally:
         summary = tally.summary(simulated_s=trial.time_s, wall_s=time.perf_counter() - started)
-        _finish(config, run.path, trial, summary, history)
+        _finish(run.path, trial, summary)
+        if pictures:
+            _draw(config, run.path, trial, summary, history)
     return summary
 
 
 def _decisions(config: RunConfig, trial: Trial) -> Iterator[tuple[DecisionRecord, Snapshot | None]]:
     """Every decision of the run, with the brain's memory after the first one and after each epoch."""
     for epoch in range(1, config.epochs + 1):
+        if epoch == config.world.jump_epoch:
+            trial.move_target(config.build_grid(epoch))
         for decision in range(1, config.decisions + 1):
             record = trial.step(epoch=epoch, decision=decision)
             remember = decision == config.decisions or (epoch == 1 and decision == 1)
@@ -88,16 +93,20 @@ def _recorder(config: RunConfig, path: Path, trial: Trial) -> Iterator[RerunReco
         recorder.close(trial.brain.snapshot())
 
 
-def _finish(config: RunConfig, path: Path, trial: Trial, summary: Summary, history: WeightHistory) -> None:
+def _finish(path: Path, trial: Trial, summary: Summary) -> None:
     """Write what is known only at the end."""
+    if summary.epochs:
+        write_brain(path, trial.brain.snapshot())
+        write_summary(path, summary)
+
+
+def _draw(config: RunConfig, path: Path, trial: Trial, summary: Summary, history: WeightHistory) -> None:
     if not summary.epochs:
         return
-    from scla_mj.runs import plots  # matplotlib too is slow to import
+    from scla_mj.runs import plots  # matplotlib is slow to import
 
-    grid, memory = config.build_grid(), trial.brain.snapshot()
-    write_summary(path, summary)
-    write_brain(path, memory)
-    floor = hits_per_1000(grid, config.protocol, uniform_policy(grid))
+    grid, memory = config.build_grid(config.epochs), trial.brain.snapshot()
+    floor = hits_per_1000(config.build_grid(), config.protocol, uniform_policy(grid))
     plots.plot_epochs(path, summary, floor_hits_per_1000=floor)
     if memory.weights is not None:
         plots.plot_weights(path, history.curve())

@@ -1,0 +1,118 @@
+"""`scla-mj reproduce OUT`: the paper's experiment and everything it is compared with, and the report."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro.conf
+
+from scla_mj.errors import SclaError
+
+if TYPE_CHECKING:
+    from scla_mj.experiments.catalogue import Experiment
+
+
+@dataclass(frozen=True)
+class Reproduce:
+    """Run the experiments of the report, embodied, and write the report into OUT. Interrupted, it goes on where it
+    was."""
+
+    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
+    """Folder for the runs and the report."""
+    only: tuple[str, ...] = ()
+    """Experiments or groups (paper, comparison, world, ablation) to run; all of them without it."""
+    workers: int = os.cpu_count() or 1
+    """Runs side by side; their number changes no bit of any result."""
+    seeds: int | None = None
+    """At most that many seeds of each experiment, for a quick look."""
+    epochs: int | None = None
+    """At most that many epochs of each run, for a quick look."""
+    decisions: int | None = None
+    """Decisions in each epoch, for a quick look."""
+    list: bool = False
+    """Print the experiments and stop."""
+
+    def run(self) -> int:
+        """Run what is missing and write the report; return the exit code."""
+        from scla_mj.experiments.campaign import open_jobs, run_jobs
+        from scla_mj.experiments.report import write_report
+
+        experiments = self._chosen()
+        if self.list:
+            _print_experiments(experiments)
+            return 0
+        jobs = open_jobs(self.path, experiments)
+        with _bar(len(jobs)) as advance:
+            run_jobs(jobs, workers=self.workers, watch=lambda job: advance(f"{job.experiment.name} {job.folder.name}"))
+        print(f"The report:  {write_report(self.path, experiments, command=self._command())}")
+        return 0
+
+    def _chosen(self) -> tuple[Experiment, ...]:
+        from scla_mj.experiments.catalogue import CATALOGUE
+
+        for option, value in (("workers", self.workers), ("seeds", self.seeds), ("epochs", self.epochs)):
+            if value is not None and value < 1:
+                raise SclaError(f"--{option} is {value}: it must be 1 or more")
+        names = {experiment.name for experiment in CATALOGUE}
+        groups = dict.fromkeys(experiment.group for experiment in CATALOGUE)
+        for name in self.only:
+            if name not in names and name not in groups:
+                raise SclaError(f"--only {name} is no experiment: choose {', '.join([*groups, *sorted(names)])}")
+        wanted = set(self.only)
+        chosen = [e for e in CATALOGUE if not wanted or e.name in wanted or e.group in wanted]
+        return tuple(self._scaled(experiment) for experiment in chosen)
+
+    def _scaled(self, experiment: Experiment) -> Experiment:
+        config = experiment.config
+        scaled = dataclasses.replace(
+            config,
+            epochs=min(config.epochs, self.epochs or config.epochs),
+            decisions=self.decisions or config.decisions,
+        )
+        scaled.check()
+        return dataclasses.replace(experiment, config=scaled, seeds=experiment.seeds[: self.seeds])
+
+    def _command(self) -> str:
+        words = ["scla-mj", "reproduce", "OUT"]
+        if self.only:
+            words += ["--only", *self.only]
+        for option, value in (("seeds", self.seeds), ("epochs", self.epochs), ("decisions", self.decisions)):
+            if value is not None:
+                words += [f"--{option}", str(value)]
+        return " ".join(words)
+
+
+def _print_experiments(experiments: tuple[Experiment, ...]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("experiment", "group", "seeds", "epochs", "what it asks")
+    for experiment in experiments:
+        config, seeds = experiment.config, str(len(experiment.seeds))
+        table.add_row(experiment.name, experiment.group, seeds, str(config.epochs), experiment.question)
+    Console().print(table)
+
+
+@contextlib.contextmanager
+def _bar(total: int) -> Iterator[Callable[[str], None]]:
+    """Show how many runs are done; yields the function that counts one."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as progress:
+        task = progress.add_task("runs", total=total)
+        yield lambda description: progress.update(task, advance=1, description=description)

@@ -1,0 +1,96 @@
+"""Many runs side by side: every experiment with every seed, safe to interrupt and to go on with."""
+
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from scla_mj.errors import SclaError
+from scla_mj.experiments.catalogue import Experiment
+from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
+
+if TYPE_CHECKING:
+    from scla_mj.config import RunConfig
+
+_UNFINISHED: Final = ".part"
+
+
+class Job(NamedTuple):
+    """One run of a campaign and where it goes."""
+
+    experiment: Experiment
+    config: RunConfig
+    folder: Path
+
+
+def run_folder(out: Path, experiment: Experiment, seed: int) -> Path:
+    """Return where a campaign keeps one run."""
+    return out / "runs" / experiment.name / f"seed-{seed:02d}"
+
+
+def open_jobs(out: Path, experiments: Sequence[Experiment]) -> list[Job]:
+    """Return the runs that `out` does not hold yet.
+
+    Raises:
+        SclaError: a run that is there was made with other settings.
+    """
+    jobs = []
+    for experiment in experiments:
+        for seed in experiment.seeds:
+            config = dataclasses.replace(experiment.config, seed=seed)
+            folder = run_folder(out, experiment, seed)
+            if not (folder / SUMMARY_JSON).exists():
+                jobs.append(Job(experiment, config, folder))
+            else:
+                _check_same(folder, config)
+    return jobs
+
+
+def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None]) -> None:
+    """Run the jobs on that many processes; `watch` is called with each one that is done.
+
+    A run's bits depend on its configuration alone, so neither the number of processes nor the order matters. An
+    interrupted run leaves a folder that ends in `.part`; the next call starts that run anew.
+
+    Raises:
+        SclaError: a run cannot be carried out or written.
+    """
+    # Fresh processes: a fork would copy locks that MuJoCo's and numba's threads may hold.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        pending = {pool.submit(_run, job.config, job.folder): job for job in jobs}
+        try:
+            for future in _as_done(set(pending)):
+                future.result()
+                watch(pending[future])
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _as_done(futures: set[Future[None]]) -> Iterator[Future[None]]:
+    while futures:
+        done, futures = wait(futures, return_when=FIRST_COMPLETED)
+        yield from done
+
+
+def _run(config: RunConfig, folder: Path) -> None:
+    from scla_mj.experiments.rollout import rollout  # each process imports the simulators for itself
+
+    unfinished = folder.with_name(folder.name + _UNFINISHED)
+    if unfinished.exists():
+        shutil.rmtree(unfinished)
+    rollout(config, unfinished, pictures=False)
+    unfinished.rename(folder)
+
+
+def _check_same(folder: Path, config: RunConfig) -> None:
+    from scla_mj.runs.folder import load_config
+
+    if load_config(folder / CONFIG_JSON) != config:
+        raise SclaError(f"{folder} holds a run with other settings: choose another OUT or move that one away")

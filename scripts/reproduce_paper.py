@@ -1,0 +1,8 @@
+"""`python scripts/reproduce_paper.py OUT`: the same as `scla-mj reproduce OUT`."""
+
+import sys
+
+from scla_mj.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main(["reproduce", *sys.argv[1:]]))
