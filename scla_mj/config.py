@@ -168,20 +168,20 @@ class QLearningConfig:
 class ControllerConfig:
     """Decision in, wheel speeds out: hold the heading, drive in reverse where that saves a turn, re-aim."""
 
-    max_speed_m_s: float = 0.5
-    """Top speed of a straight drive."""
+    max_speed_m_s: float = 0.8
+    """Top speed of a straight drive: 24 rad/s of wheel, where the motors run up to 40 without load."""
     forward_acceleration_m_s2: float = 2.2
     """Pushing forwards (speeding up, or braking in reverse) lightens the wheels: the tyres would slip at 2.9."""
-    backward_acceleration_m_s2: float = 2.8
+    backward_acceleration_m_s2: float = 2.6
     """Pushing backwards (braking, or speeding up in reverse) lightens the caster: the robot would tip at 3.2."""
-    max_turn_rate_rad_s: float = 5.0
-    """Top turn rate in place."""
-    max_turn_acceleration_rad_s2: float = 30.0
-    """Turn acceleration in place."""
+    max_turn_rate_rad_s: float = 8.0
+    """Top turn rate in place: what half of a quarter turn's acceleration leads to."""
+    max_turn_acceleration_rad_s2: float = 40.0
+    """Turn acceleration in place: uses half of the grip (the centre of mass lies 0.03 m behind the axle)."""
     position_tolerance_m: float = 0.002
     """A drive ends this close to the cell's centre, along the way."""
-    heading_tolerance_rad: float = 0.005
-    """A turn ends this close to its heading."""
+    heading_tolerance_rad: float = 0.02
+    """A drive ends facing this close to its course (in practice within 0.001: the course is steered all the way)."""
     reaim_fraction: float = 0.08
     """A move that ends further off than this fraction of a cell aims again..."""
     reaim_limit: int = 3

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import llvmlite.binding
 import mujoco
 import numpy as np
 from numba import njit, types
 
-from scla_mj.control.controller import (
-    ARRIVED, DRIVING, RETURNED, STAND_STILL, Gains, Goal, Motion, State, begin, make_gains, tick,
-)  # fmt: skip
+from scla_mj.control import controller, profile
+from scla_mj.control.controller import ARRIVED, DRIVING, RETURNED, STAND_STILL, Goal, Motion, begin, make_gains, tick
 from scla_mj.grid import Action, Cell
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
 from scla_mj.world.world import UPRIGHT_COSINE
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import ModuleType
+
     from numpy.typing import NDArray
 
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
+    from scla_mj.control.controller import Gains, State
     from scla_mj.world.world import World
 
 FAULT: Final = 3
@@ -52,41 +56,6 @@ class Body(NamedTuple):
     touch: NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True)
-def run_periods(
-    body: Body, state: State, goal: Goal, gains: Gains, rows: NDArray[np.float64], first_row: int, elapsed: int, limit: int
-) -> tuple[int, int]:
-    """Run control periods until the move ends or `limit` periods have passed.
-
-    Args:
-        rows: the trajectory; a row is written for every period that was run, from `first_row` on.
-        elapsed: control periods since the run's start.
-
-    Returns:
-        The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them.
-    """
-    touched = False
-    for period in range(limit):
-        motion, upright = _sense_motion(body, touched)
-        if not upright >= UPRIGHT_COSINE:
-            return period, FAULT
-        state, left, right, status = tick(state, motion, goal, gains)
-        if not (math.isfinite(left) and math.isfinite(right)):
-            return period, FAULT
-        if status != DRIVING:
-            return period, status
-        body.ctrl[0], body.ctrl[1] = left, right
-        touched = False
-        for _ in range(body.steps_per_period):
-            _mj_step(body.model_address, body.data_address)
-            touched |= body.touch[0] > 0.0 or body.touch[1] > 0.0
-        row = rows[first_row + period]
-        row[0] = (elapsed + period + 1) * gains.period_s
-        row[1:10] = body.qpos
-        row[10], row[11] = left, right
-    return limit, DRIVING
-
-
 @njit
 def _sense_motion(body: Body, touched: bool) -> tuple[Motion, float]:
     """Read the pose and the body's speeds, and how upright it is (not a number if the state is not)."""
@@ -94,6 +63,70 @@ def _sense_motion(body: Body, touched: bool) -> tuple[Motion, float]:
     heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     speed = body.qvel[0] * math.cos(heading) + body.qvel[1] * math.sin(heading)
     return Motion(body.qpos[0], body.qpos[1], heading, speed, body.qvel[5], touched), 1.0 - 2.0 * (x * x + y * y)
+
+
+def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
+    """Return the compiled loop.
+
+    numba caches it by this file's date alone, and would go on with an old controller; constants of a closure are part
+    of the cache's key too, so the digest of the controller's source is one.
+    """
+
+    @njit(cache=True, nogil=True)
+    def run_periods(
+        body: Body,
+        state: State,
+        goal: Goal,
+        gains: Gains,
+        rows: NDArray[np.float64],
+        first_row: int,
+        elapsed: int,
+        limit: int,
+    ) -> tuple[int, int]:
+        """Run control periods until the move ends or `limit` periods have passed.
+
+        Args:
+            body, state, goal, gains: see there.
+            rows: the trajectory; a row is written for every period that was run, from `first_row` on.
+            first_row: its first free row.
+            elapsed: control periods since the run's start.
+            limit: the most periods to run.
+
+        Returns:
+            The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them.
+        """
+        assert source_digest
+        touched = False
+        for period in range(limit):
+            motion, upright = _sense_motion(body, touched)
+            if not upright >= UPRIGHT_COSINE:
+                return period, FAULT
+            state, left, right, status = tick(state, motion, goal, gains)
+            if not (math.isfinite(left) and math.isfinite(right)):
+                return period, FAULT
+            if status != DRIVING:
+                return period, status
+            body.ctrl[0], body.ctrl[1] = left, right
+            touched = False
+            for _ in range(body.steps_per_period):
+                _mj_step(body.model_address, body.data_address)
+                touched |= body.touch[0] > 0.0 or body.touch[1] > 0.0
+            row = rows[first_row + period]
+            row[0] = (elapsed + period + 1) * gains.period_s
+            for i in range(9):
+                row[1 + i] = body.qpos[i]
+            row[10], row[11] = left, right
+        return limit, DRIVING
+
+    compiled: Callable[..., tuple[int, int]] = run_periods
+    return compiled
+
+
+def _source_digest(*modules: ModuleType) -> str:
+    return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
+
+
+run_periods: Final = _compile(_source_digest(controller, profile))
 
 
 class Driver:
@@ -107,11 +140,18 @@ class Driver:
             period_s=clock.control_period_s,
             wheel_radius_m=world.wheel_radius_m,
             track_m=world.track_m,
+            top_wheel_speed_rad_s=world.top_wheel_speed_rad_s,
             cell_size_m=world.grid.cell_size_m,
         )
         data = world.data
         self._body = Body(
-            world.model._address, data._address, clock.physics_steps_per_control, data.qpos, data.qvel, data.ctrl, world.touch
+            world.model._address,
+            data._address,
+            clock.physics_steps_per_control,
+            data.qpos,
+            data.qvel,
+            data.ctrl,
+            world.touch,
         )
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
@@ -143,13 +183,17 @@ class Driver:
         return self._judge(action, start_cell, status, periods * self._clock.control_period_s, trajectory)
 
     def _run(self, state: State, goal: Goal, limit: int) -> tuple[int, int]:
-        periods, status = run_periods(self._body, state, goal, self._gains, self._rows, self._filled, self.periods, limit)
+        periods, status = run_periods(
+            self._body, state, goal, self._gains, self._rows, self._filled, self.periods, limit
+        )
         self._filled += periods
         self.periods += periods
         self._world.steps += periods * self._clock.physics_steps_per_control
         return periods, status
 
-    def _judge(self, action: Action, start: Cell, status: int, duration_s: float, trajectory: NDArray[np.float64]) -> Move:
+    def _judge(
+        self, action: Action, start: Cell, status: int, duration_s: float, trajectory: NDArray[np.float64]
+    ) -> Move:
         """Say how the move ended, from the physical pose alone."""
         if not self._world.can_drive():
             return Move(Outcome.FAILED, start, start, duration_s, math.nan, math.nan, True, trajectory)

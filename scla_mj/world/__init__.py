@@ -1,1 +1,1 @@
-"""The physical world: the arena and the robot as one MuJoCo model, its spawns, its poses and its faults. No neurons here."""
+"""The physical world: arena and robot as one MuJoCo model, its spawns, its poses and its faults. No neurons here."""

@@ -21,6 +21,8 @@ WALL_THICKNESS_M: Final = 0.02
 
 _WHEEL_FRICTION: Final = (1.0, 1.0, 0.005, 0.0001, 0.0001)
 """Rubber on tile slides at about 1; spin and roll are MuJoCo's defaults (condim 3 leaves them unused)."""
+_TYRE_SOLREF: Final = (0.02, 2.0)
+"""A rubber tyre is overdamped: at critical damping a wheel hops as it speeds up, and a 10 ms step hops differently."""
 _BUMP_SOLREF: Final = (0.04, 1.0)
 """A foam bumper: 0.04 s, critically damped, so that a bump ends without a bounce."""
 _TOP_FOVY_DEG: Final = 30.0
@@ -45,7 +47,7 @@ def compose(grid: Grid, clock: Clock) -> mujoco.MjSpec:
 
 
 def _set_options(spec: mujoco.MjSpec, clock: Clock) -> None:
-    """The cheapest honest settings: the discrete integrator keeps a 10 ms step within 0.05 degrees a move of a 0.5 ms one."""
+    """The cheapest honest settings: the discrete integrator makes a 10 ms step turn like 0.5 ms ones."""
     option = spec.option
     option.timestep = clock.physics_step_s
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
@@ -68,7 +70,12 @@ def _lay_floor(spec: mujoco.MjSpec, grid: Grid) -> None:
     reach = 4 * max(half_x, half_y)
     visual = spec.find_default("visual")
     spec.worldbody.add_geom(
-        visual, name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[reach, reach, 0.1], pos=[0, 0, -0.004], material="ground"
+        visual,
+        name="ground",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[reach, reach, 0.1],
+        pos=[0, 0, -0.004],
+        material="ground",
     )
     spec.stat.extent = 2 * max(half_x, half_y)
     spec.stat.center = [0, 0, 0.05]
@@ -82,11 +89,17 @@ def _add_walls(spec: mujoco.MjSpec, grid: Grid) -> None:
     for side in names.WALL_SIDES:
         nx, ny = inward[side]
         spec.worldbody.add_geom(
-            spec.find_default("wall_face"), name=f"wall_{side}", pos=[-nx * half_x, -ny * half_y, h], quat=_facing(nx, ny)
+            spec.find_default("wall_face"),
+            name=f"wall_{side}",
+            pos=[-nx * half_x, -ny * half_y, h],
+            quat=_facing(nx, ny),
         )
         size = [t, half_y + 2 * t, h] if nx else [half_x + 2 * t, t, h]
         spec.worldbody.add_geom(
-            spec.find_default("wall"), name=f"wall_{side}_box", size=size, pos=[-nx * (half_x + t), -ny * (half_y + t), h]
+            spec.find_default("wall"),
+            name=f"wall_{side}_box",
+            size=size,
+            pos=[-nx * (half_x + t), -ny * (half_y + t), h],
         )
 
 
@@ -115,11 +128,19 @@ def _add_target(spec: mujoco.MjSpec, grid: Grid) -> None:
 
 
 def _add_contacts(spec: mujoco.MjSpec) -> None:
-    """Name every pair that can touch, which is cheaper than filtering: tyres and caster on the floor, bumpers on walls."""
+    """Name the pairs that can touch, which is cheaper than filtering: tyres and caster on the floor, bumpers on walls."""
     for wheel in names.WHEEL_CONTACTS:
-        spec.add_pair(name=f"{wheel}_floor", geomname1=names.FLOOR, geomname2=wheel, condim=3, friction=_WHEEL_FRICTION)
+        spec.add_pair(
+            name=f"{wheel}_floor",
+            geomname1=names.FLOOR,
+            geomname2=wheel,
+            condim=3,
+            friction=_WHEEL_FRICTION,
+            solref=_TYRE_SOLREF,
+        )
     # A ball caster rolls any way: no friction.
-    spec.add_pair(name="caster_floor", geomname1=names.FLOOR, geomname2=names.CASTER_CONTACT, condim=1)
+    caster = names.CASTER_CONTACT
+    spec.add_pair(name=f"{caster}_floor", geomname1=names.FLOOR, geomname2=caster, condim=1, solref=_TYRE_SOLREF)
     for bumper in names.BUMPERS:
         for side in names.WALL_SIDES:
             name = f"{bumper}_wall_{side}"

@@ -1,4 +1,4 @@
-"""One arena with one robot: its raw MuJoCo model and data, its spawns, its pose, and the faults that MuJoCo keeps quiet about."""
+"""One arena with one robot: its raw MuJoCo model and data, spawns, pose, and the faults MuJoCo keeps quiet about."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SETTLING_S: Final = 2.0
 
 
 class Pose(NamedTuple):
-    """Where the robot is: the axle's midpoint on the floor, its heading from +x towards +y, and how upright it is (1: fully)."""
+    """Where the robot is: the axle's midpoint, its heading from +x towards +y, and how upright it is (1: fully)."""
 
     x_m: float
     y_m: float
@@ -38,8 +38,9 @@ class World:
     """The compiled arena of one grid.
 
     Attributes:
-        model, data: raw MuJoCo; whoever steps `data` adds the steps to `steps`, which the fault check compares with the time.
-        wheel_radius_m, track_m: the robot's wheel radius and wheel separation, read from the compiled model.
+        model, data: raw MuJoCo; whoever steps `data` adds the steps to `steps`, which `faults` compares with the time.
+        wheel_radius_m, track_m, top_wheel_speed_rad_s: the robot's wheel radius, wheel separation and top wheel speed,
+            read from the compiled model.
     """
 
     def __init__(self, grid: Grid, clock: Clock) -> None:
@@ -50,13 +51,14 @@ class World:
         self.steps = 0
         self.wheel_radius_m = float(self.model.geom(names.WHEEL_CONTACTS[0]).size[0])
         self.track_m = float(np.ptp([self.model.body(wheel).pos[1] for wheel in names.WHEELS]))
+        self.top_wheel_speed_rad_s = float(self.model.actuator_ctrlrange[:, 1].min())
         self._physics: Any = None
         self._resting_qpos = self._settle()
         self.spawn(grid.target, 0.0)
 
     @property
     def physics(self) -> Any:
-        """The same model and data as a `dm_control.mujoco.Physics`, made at the first use (importing dm_control is slow)."""
+        """The same model and data as a `dm_control.mujoco.Physics`, made at first use: importing dm_control is slow."""
         if self._physics is None:
             os.environ.setdefault("MUJOCO_GL", "egl")  # glfw warns where there is no display
             from dm_control.mujoco import Physics, wrapper
@@ -83,7 +85,9 @@ class World:
         self.data.qpos[:] = self._resting_qpos
         self.data.qpos[:2] = self.grid.centre_m(cell)
         half = heading_rad / 2
-        mujoco.mju_mulQuat(self.data.qpos[3:7], np.array([math.cos(half), 0, 0, math.sin(half)]), self._resting_qpos[3:7])
+        mujoco.mju_mulQuat(
+            self.data.qpos[3:7], np.array([math.cos(half), 0, 0, math.sin(half)]), self._resting_qpos[3:7]
+        )
         mujoco.mj_forward(self.model, self.data)
         self.steps = 0
 
