@@ -30,4 +30,6 @@ def assets_folder() -> Path:
     for folder in candidates:
         if (folder / ROBOT_XML).is_file():
             return folder
-    raise SclaError(f"the robot's file {ROBOT_XML} is in neither {candidates[0]} nor {candidates[1]}; reinstall scla-mj")
+    raise SclaError(
+        f"the robot's file {ROBOT_XML} is in neither {candidates[0]} nor {candidates[1]}; reinstall scla-mj"
+    )
