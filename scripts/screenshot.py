@@ -6,6 +6,7 @@ Needs a Vulkan driver; without a graphics card a software one does (Debian: mesa
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import socket
 import subprocess
@@ -26,6 +27,8 @@ _START_S: Final = 60.0
 """Longest that the viewer may take to start and to load the recording."""
 _DRAW_S: Final = 120.0
 """Longest that it may take to draw: a software renderer is slow."""
+_MENU_PX: Final = 36
+"""Height of the viewer's menu bar at scale 1."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,8 @@ class Screenshot:
     """Where the time cursor stands; the run's middle if not given."""
     size: tuple[int, int] = (1800, 1050)
     """Width and height of the window."""
+    menu: bool = False
+    """Keep the viewer's menu bar, which warns of software renderers."""
 
 
 def take(options: Screenshot) -> None:
@@ -59,7 +64,7 @@ def take(options: Screenshot) -> None:
         reports = [report for view in viewer.get_state().views for report in view.reports]
     if reports:
         raise SclaError(f"a view of the recording reports: {reports[0]}")
-    options.output.write_bytes(picture)
+    options.output.write_bytes(picture if options.menu else _without_menu(picture))
 
 
 @contextlib.contextmanager
@@ -107,6 +112,14 @@ def _settled_picture(viewer: Any, max_size: int) -> bytes:
         last = picture
         time.sleep(1.0)
     return last
+
+
+def _without_menu(picture: bytes) -> bytes:
+    from matplotlib import image
+
+    out = io.BytesIO()
+    image.imsave(out, image.imread(io.BytesIO(picture), format="png")[_MENU_PX:], format="png")
+    return out.getvalue()
 
 
 def _free_port() -> int:

@@ -88,7 +88,8 @@ def _move(grid: Grid, before: Cell, after: Cell, time_s: float, generator: np.ra
     rows[:, 1:4] = np.column_stack([x0 + share * (x1 - x0), y0 + share * (y1 - y0), np.full(periods, 0.033)]) + wobble
     heading = np.arctan2(y1 - y0, x1 - x0) + 1e-3 * generator.normal(size=periods)
     rows[:, 4], rows[:, 7] = np.cos(heading / 2), np.sin(heading / 2)
-    rows[:, 8] = rows[:, 9] = share * 0.3 / 0.033
+    rows[:, 8] = share * 0.3 / 0.033
+    rows[:, 9] = 0.9 * rows[:, 8]
     outcome = Outcome.MOVED if after != before else Outcome.BLOCKED
     return Move(outcome, before, after, PERIOD_S * (periods - 5), 0.001 * float(generator.random()), 0.01, False, rows)
 

@@ -145,6 +145,19 @@ def test_each_difference_from_the_run_is_named(folder, run, memory):
     assert all(means[f"last mean weight {name}"] for name in PROJECTION_NAMES)
 
 
+def test_of_several_snapshots_the_last_one_counts(tmp_path, run):
+    memories = [snapshot(np.random.default_rng(seed)) for seed in range(3)]
+    with open_recorder(tmp_path / "r.rrd") as recorder:
+        for record, memory in zip(run, memories[:2], strict=False):
+            recorder.write(record, memory)
+            recorder._stream.flush()  # each in a chunk of its own, as in a real run
+        recorder.write(run[2])
+        recorder.close(memories[2])
+    seen = inspect_recording(tmp_path / "r.rrd")
+    assert seen.weights.tobytes() == memories[2].weights.tobytes()
+    assert seen.probabilities.tobytes() == memories[2].probabilities.tobytes()
+
+
 _KILLED = """
 import os, signal, sys
 sys.path[:0] = {paths!r}

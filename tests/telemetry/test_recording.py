@@ -102,7 +102,10 @@ def test_poses_are_kept_at_twenty_hertz_and_with_the_last_of_every_move(tmp_path
     record_run(tmp_path / "r.rrd", "light", run)
     position, time_s, decision = read(tmp_path / "r.rrd", "world/robot", "Transform3D:translation")
     turn, _, _ = read(tmp_path / "r.rrd", "world/robot", "Transform3D:quaternion")
-    wheel, _, _ = read(tmp_path / "r.rrd", "world/robot/wheel_left/spin", "Transform3D:quaternion")
+    wheels = [
+        read(tmp_path / "r.rrd", f"world/robot/wheel_{side}/spin", "Transform3D:quaternion")[0]
+        for side in ("left", "right")
+    ]
     first = 0
     for number, record in enumerate(run, 1):
         rows = record.move.trajectory
@@ -113,9 +116,10 @@ def test_poses_are_kept_at_twenty_hertz_and_with_the_last_of_every_move(tmp_path
         assert np.allclose(time_s[here], kept[:, 0], atol=1e-9)
         assert (decision[here] == number).all()
         # A turn about +y by theta takes +x to (cos theta, 0, -sin theta).
-        x, y, z, w = wheel[here].T.astype(float)
-        assert np.allclose(1 - 2 * (y * y + z * z), np.cos(kept[:, 8]), atol=1e-6)
-        assert np.allclose(2 * (x * z - w * y), -np.sin(kept[:, 8]), atol=1e-6)
+        for wheel, angle in zip(wheels, kept[:, 8:10].T, strict=True):
+            x, y, z, w = wheel[here].T.astype(float)
+            assert np.allclose(1 - 2 * (y * y + z * z), np.cos(angle), atol=1e-6)
+            assert np.allclose(2 * (x * z - w * y), -np.sin(angle), atol=1e-6)
         first += len(kept)
     assert first == len(position)
 
@@ -185,11 +189,16 @@ def test_the_scene_draws_what_is_seen_and_places_the_wheels_on_the_chassis(tmp_p
 
 def test_the_policy_is_drawn_as_arrows_to_the_neighbours(tmp_path):
     probabilities = np.zeros((5, 5, 4))
-    probabilities[..., 0] = 1.0  # always up
+    probabilities[..., 0] = 1.0  # always up...
+    probabilities[4, 0] = [0, 0, 1, 0]  # ...but to the left in the cell (5, 1), whose centre is at (0.6, -0.6)
     with open_recorder(tmp_path / "r.rrd") as recorder:
         recorder.close(Snapshot(None, probabilities))
     vectors, _, _ = read(tmp_path / "r.rrd", "world/policy", "Arrows3D:vectors")
-    assert len(vectors) == 24 and (vectors[:, 1] > 0.05).all() and (vectors[:, [0, 2]] == 0).all()
+    origins, _, _ = read(tmp_path / "r.rrd", "world/policy", "Arrows3D:origins")
+    turned = vectors[:, 0] != 0
+    assert len(vectors) == 24 and turned.sum() == 1
+    assert np.allclose(origins[turned, :2], [[0.6, -0.6]]) and vectors[turned, 0] < -0.05
+    assert (vectors[~turned, 1] > 0.05).all() and (vectors[:, 2] == 0).all()
 
 
 def test_the_dashboard_is_in_the_file(tmp_path):
