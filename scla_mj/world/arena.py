@@ -94,7 +94,7 @@ def _add_walls(spec: mujoco.MjSpec, grid: Grid) -> None:
             pos=[-nx * half_x, -ny * half_y, h],
             quat=_facing(nx, ny),
         )
-        size = [t, half_y + 2 * t, h] if nx else [half_x + 2 * t, t, h]
+        size = [t, half_y, h] if nx else [half_x + 2 * t, t, h]
         spec.worldbody.add_geom(
             spec.find_default("wall"),
             name=f"wall_{side}_box",
@@ -128,7 +128,7 @@ def _add_target(spec: mujoco.MjSpec, grid: Grid) -> None:
 
 
 def _add_contacts(spec: mujoco.MjSpec) -> None:
-    """Name the pairs that can touch, which is cheaper than filtering: tyres and caster on the floor, bumpers on walls."""
+    """Name the pairs that can touch, cheaper than filtering: tyres and caster on the floor, bumpers on walls."""
     for wheel in names.WHEEL_CONTACTS:
         spec.add_pair(
             name=f"{wheel}_floor",
@@ -153,7 +153,7 @@ def _add_cameras(spec: mujoco.MjSpec, grid: Grid) -> None:
     half_m = max(half_y, half_x * 3 / 4) + 2 * WALL_THICKNESS_M
     height_m = half_m / math.tan(math.radians(_TOP_FOVY_DEG / 2)) + WALL_HEIGHT_M
     spec.worldbody.add_camera(name=names.TOP_CAMERA, pos=[0, 0, height_m], fovy=_TOP_FOVY_DEG)
-    reach_m = math.hypot(half_x, half_y) / math.tan(math.radians(_ANGLED_FOVY_DEG / 2)) * 0.86
+    reach_m = math.hypot(half_x, half_y) / math.tan(math.radians(_ANGLED_FOVY_DEG / 2)) * 0.88
     back = np.array(_ANGLED_VIEW) / np.linalg.norm(_ANGLED_VIEW)
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)

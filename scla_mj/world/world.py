@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import mujoco
@@ -12,6 +11,7 @@ import numpy as np
 from scla_mj.errors import SclaError
 from scla_mj.world import names
 from scla_mj.world.arena import compose
+from scla_mj.world.opengl import opengl_without_display
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -60,9 +60,8 @@ class World:
     def physics(self) -> Any:
         """The same model and data as a `dm_control.mujoco.Physics`, made at first use: importing dm_control is slow."""
         if self._physics is None:
-            os.environ.setdefault("MUJOCO_GL", "egl")  # glfw warns where there is no display
-            from dm_control.mujoco import Physics, wrapper
-
+            with opengl_without_display():
+                from dm_control.mujoco import Physics, wrapper
             self._physics = Physics(wrapper.MjData(self.data))
         return self._physics
 

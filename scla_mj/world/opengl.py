@@ -1,0 +1,28 @@
+"""Which OpenGL dm_control is to load: it tries glfw first, which warns and cannot draw where there is no display."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes.util
+import os
+import sys
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_VARIABLE: Final = "MUJOCO_GL"
+
+
+@contextlib.contextmanager
+def opengl_without_display() -> Iterator[None]:
+    """While dm_control is imported, point it to EGL, or to none, unless there is a display or the user chose."""
+    has_display = not sys.platform.startswith("linux") or "DISPLAY" in os.environ
+    if has_display or _VARIABLE in os.environ:
+        yield
+        return
+    os.environ[_VARIABLE] = "egl" if ctypes.util.find_library("EGL") else "disable"
+    try:
+        yield
+    finally:
+        del os.environ[_VARIABLE]
