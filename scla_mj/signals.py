@@ -44,8 +44,8 @@ TRAJECTORY_COLUMNS: Final = (
 class Move(NamedTuple):
     """What the body did with one decision, from its physical pose.
 
-    `trajectory` has a row a control period and the columns of `TRAJECTORY_COLUMNS`; `time_s` counts from the run's start.
-    `fallen` says that the robot cannot drive on from where it lies.
+    `trajectory` has a row a control period and the columns of `TRAJECTORY_COLUMNS`; `time_s` counts from the run's
+    start. `duration_s` is the drive alone, without the thinking window. `fallen` says that the robot cannot drive on from where it lies.
     """
 
     outcome: Outcome
@@ -59,7 +59,7 @@ class Move(NamedTuple):
 
 
 class Feedback(NamedTuple):
-    """What a brain learns from: what it sensed, what it decided, what its body executed, how it ended, what it senses now.
+    """What a brain learns from: what it sensed, decided and executed, how that ended, and what it senses now.
 
     `executed` differs from `action` only on a floor with direction noise; wheels and gyro tell it to the robot.
     """

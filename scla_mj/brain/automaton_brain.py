@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class AutomatonBrain(Brain):
     """Rewarded only for the move into the target, which only the four cells beside it can make.
 
-    Its limit is therefore exact: perfect beside the target, random elsewhere, 115.38 hits per 1000 from any start on the
-    paper's grid (the paper reports 115).
+    Its limit is therefore exact: perfect beside the target, random elsewhere, 115.38 hits per 1000 from any start on
+    the paper's grid (the paper reports 115).
     """
 
     def __init__(self, config: RunConfig, clock: Clock) -> None:

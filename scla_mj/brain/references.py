@@ -42,7 +42,7 @@ class ShortestPathBrain(Brain):
         self._grid = config.build_grid()
 
     def decide(self, percept: Percept) -> Decision:
-        """Move to the neighbour that is closest to the target; the first of equals in the order up, down, left, right."""
+        """Move to the neighbour closest to the target, the first of equals in the order up, down, left, right."""
         distances = self._grid.distances
         action, _ = min(self._grid.neighbours(percept.cell), key=lambda neighbour: distances[neighbour[1]])
         return Decision(action)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import importlib
 import re
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scla_mj.brain.automaton_brain import AutomatonBrain
@@ -39,13 +42,16 @@ BRAINS: Final[dict[str, Callable[[RunConfig, Clock], Brain]]] = {
 
 
 def build_brain(config: RunConfig, clock: Clock) -> Brain:
-    """Return the brain that `config.brain` names: one of `BRAINS`, or `package.module:Class`, called as Class(config, clock).
+    """Return the brain that `config.brain` names: one of `BRAINS`, or `module:Class`, made from (config, clock).
 
     Raises:
         SclaError: there is no such brain, its module cannot be imported, or it is not a `Brain`.
     """
     build = BRAINS.get(config.brain) or _imported(config.brain)
-    brain = build(config, clock)
+    try:
+        brain = build(config, clock)
+    except TypeError as error:
+        raise SclaError(f"--brain {config.brain} cannot be made from (config, clock): {error}") from error
     if not isinstance(brain, Brain):
         raise SclaError(f"--brain {config.brain} is not a brain: derive its class from scla_mj.brain.Brain")
     return brain
@@ -56,7 +62,8 @@ def _imported(path: str) -> Callable[[RunConfig, Clock], Brain]:
         raise SclaError(f"--brain {path} is unknown: choose {', '.join(BRAINS)}, or package.module:Class for your own")
     module_name, class_name = path.split(":")
     try:
-        module = importlib.import_module(module_name)
+        with _working_directory_importable():
+            module = importlib.import_module(module_name)
     except ImportError as error:
         raise SclaError(f"--brain {path}: the module {module_name} cannot be imported ({error})") from error
     found = getattr(module, class_name, None)
@@ -64,3 +71,14 @@ def _imported(path: str) -> Callable[[RunConfig, Clock], Brain]:
         raise SclaError(f"--brain {path}: the module {module_name} has no class {class_name}")
     chosen: Callable[[RunConfig, Clock], Brain] = found
     return chosen
+
+
+@contextlib.contextmanager
+def _working_directory_importable() -> Iterator[None]:
+    """Look for the user's module where the user is too: an installed command does not, unlike `python -m`."""
+    here = str(Path.cwd())
+    sys.path.append(here)
+    try:
+        yield
+    finally:
+        sys.path.remove(here)

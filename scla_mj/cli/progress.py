@@ -35,7 +35,9 @@ class RolloutProgress:
         self._done = 0
 
     def update(self, record: DecisionRecord, epoch: EpochSummary) -> None:
-        """Move on by one decision."""
+        """Move on by one decision; the first one brings the bar up, so that a refusal stands alone."""
+        if self._done == 0:
+            self._bar.start()
         self._done += 1
         if self._done % _REFRESH_DECISIONS == 0 or self._done == self._total:
             self._bar.update(
@@ -47,7 +49,6 @@ class RolloutProgress:
             )
 
     def __enter__(self) -> RolloutProgress:
-        self._bar.start()
         return self
 
     def __exit__(

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Reproduce:
-    """Run the experiments of the report, embodied, and write the report into OUT. Interrupted, it goes on where it
-    was."""
+    """Run the experiments of the report, embodied, and write the report into OUT; interrupted, it goes on."""
 
     path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
     """Folder for the runs and the report."""

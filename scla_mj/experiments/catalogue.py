@@ -85,8 +85,8 @@ PAPER: Final = (
         ),
     ),
     Experiment(
-        "scla-sensed-start", "paper", "SCLA, sensed-start", "Does the network learn to move where the target is
-        sensed?", _SENSED, TEN_SEEDS, "automaton-sensed-start", (
+        "scla-sensed-start", "paper", "SCLA, sensed-start",
+        "Does the network learn to move where the target is sensed?", _SENSED, TEN_SEEDS, "automaton-sensed-start", (
             Target("at least 970 in epoch 1 (paper: 784.2 on average)", 1, 1, "mean hits per 1000", 970.0),
             Target("at least 998 from epoch 2", 2, 30, "mean hits per 1000", 998.0),
         ),

@@ -1,0 +1,119 @@
+"""The brains that SCLA is compared with, and a user's own."""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scla_mj.brain.registry import build_brain
+from scla_mj.config import GridConfig, QLearningConfig, RunConfig
+from scla_mj.errors import SclaError
+from scla_mj.grid import Action, Cell
+from scla_mj.markov import hits_per_1000
+from scla_mj.signals import Feedback, Outcome, Percept
+
+OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
+
+
+def build(name, **settings):
+    config = RunConfig(brain=name, **settings)
+    return build_brain(config, config.build_clock()), config.build_grid()
+
+
+def live(brain, grid, decisions, seed=0):
+    """Let a brain decide on the grid without a body; returns its hits."""
+    rng = np.random.default_rng(seed)
+    starts = grid.start_cells("any-start")
+    cell, hits = starts[rng.integers(len(starts))], 0
+    for _ in range(decisions):
+        percept = Percept(cell, grid.sensed_from(cell))
+        action = brain.decide(percept).action
+        after = grid.after(cell, action)
+        hit = after == grid.target
+        outcome = Outcome.BLOCKED if after == cell else Outcome.MOVED
+        brain.learn(Feedback(percept, action, action, outcome, Percept(after, grid.sensed_from(after)), hit))
+        hits += hit
+        cell = starts[rng.integers(len(starts))] if hit else after
+    return hits
+
+
+def test_the_automaton_alone_learns_the_four_cells_beside_the_target_and_nothing_else():
+    brain, grid = build("automaton")
+    live(brain, grid, 20_000)
+    probabilities = brain.snapshot().probabilities
+    for cell in grid.open_cells():
+        sensed = grid.sensed_from(cell)
+        if sensed is None:
+            assert probabilities[cell.x - 1, cell.y - 1].tolist() == [0.25] * 4
+        else:
+            assert probabilities[cell.x - 1, cell.y - 1, sensed] > 0.999
+    assert hits_per_1000(grid, "any-start", probabilities) == pytest.approx(115.38, abs=0.02)
+
+
+def test_the_random_brain_earns_what_the_random_walk_earns():
+    brain, grid = build("random")
+    hits = live(brain, grid, 20_000)
+    # A hit's number of moves has a deviation about as large as its mean: renewal theory gives sqrt(hits).
+    assert hits == pytest.approx(20 * 31.58, abs=5 * np.sqrt(20 * 31.58))
+
+
+def test_the_shortest_path_brain_earns_the_ceiling():
+    brain, grid = build("shortest-path", grid=GridConfig(closed_cells=((2, 3), (3, 2))))
+    distances = grid.distances
+    for cell in grid.open_cells():
+        if cell != grid.target:
+            action = brain.decide(Percept(cell, grid.sensed_from(cell))).action
+            assert distances[grid.after(cell, action)] == distances[cell] - 1
+
+
+def test_optimistic_q_learning_finds_every_shortest_path():
+    brain, grid = build("q-learning")
+    live(brain, grid, 6_000)
+    for cell, distance in grid.distances.items():
+        if cell != grid.target:
+            assert brain.values[cell.x - 1, cell.y - 1].max() == pytest.approx(0.9 ** (distance - 1))
+
+
+def test_one_backup_of_q_learning_is_the_textbooks():
+    brain, _ = build("q-learning", q_learning=QLearningConfig(learning_rate=0.5, discount=0.8, initial_value=0.25))
+    move = Feedback(Percept(Cell(1, 1), None), Action.UP, Action.UP, Outcome.MOVED, Percept(Cell(1, 2), None), False)
+    brain.learn(move)
+    assert brain.values[0, 0, Action.UP] == pytest.approx(0.25 + 0.5 * (0.8 * 0.25 - 0.25))
+    brain.learn(move._replace(hit=True))
+    assert brain.values[0, 0, Action.UP] == pytest.approx(0.225 + 0.5 * (1 - 0.225))
+
+
+def test_the_network_alone_never_changes_a_probability():
+    brain, grid = build("network")
+    live(brain, grid, 150)
+    assert (brain.snapshot().probabilities == 0.25).all()
+    assert brain.mean_weights().max() > 1.1
+
+
+def test_the_documented_brain_of_ones_own_is_short_and_works(tmp_path, monkeypatch):
+    source = re.search(r"```python\n(.*?)```", OWN_BRAIN.read_text(), re.DOTALL).group(1)
+    assert len(source.splitlines()) < 40
+    (tmp_path / "my_brain.py").write_text(source)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry not in ("", ".")])
+    brain, grid = build("my_brain:LastGoodMove")
+    live(brain, grid, 5_000)
+    assert hits_per_1000(grid, "any-start", brain.snapshot().probabilities) == pytest.approx(115.38, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("oracle", "unknown"),
+        ("os:getcwd", "cannot be made"),
+        ("operator:eq", "not a brain"),
+        ("no_such_module:Brain", "cannot be imported"),
+        ("os:NoSuchClass", "no class"),
+        ("../evil:Brain", "unknown"),
+    ],
+)
+def test_what_is_no_brain_is_refused_in_a_sentence(name, word):
+    with pytest.raises(SclaError, match=word):
+        build(name)

@@ -1,0 +1,125 @@
+"""The command line as a user meets it."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scla_mj.cli.main import main
+from scla_mj.runs.decisions import read_decisions
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+
+
+def refused(arguments, capsys):
+    """The one sentence that a bad call prints."""
+    assert main(arguments) == 2
+    printed = capsys.readouterr()
+    assert "Traceback" not in printed.err + printed.out
+    lines = printed.err.strip().splitlines()
+    assert len(lines) == 1, printed.err
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "named", "allowed"),
+    [
+        (["--protocol", "sometimes"], "sometimes", "sensed-start"),
+        (["--target", "6", "3"], "(6, 3)", "1 to 5"),
+        (["--target", "3"], "--target", ""),
+        (["--decisions", "0"], "--decisions is 0", "1 or more"),
+        (["--epochs", "-2"], "--epochs is -2", "1 or more"),
+        (["--epochs", "many"], "many", "--epochs"),
+        (["--cells", "1", "1"], "1 1", "two cells"),
+        (["--telemetry", "loud"], "loud", "light"),
+        (["--nonsense", "1"], "--nonsense", ""),
+        (["--clock.physics-step-ms", "3.3"], "3.3 ms", "multiple"),
+        (["--network.weight-low", "5"], "weight-low", "swap"),
+        (["--automaton.reward-rate", "nan"], "reward-rate is nan", "finite"),
+        (["--closed-cells", "3", "2", "2", "3", "4", "3", "3", "4"], "walled off", "open a way"),
+        (["--brain", "psychic"], "psychic", "q-learning"),
+        (["--brain", "no.such:Brain"], "no.such", "imported"),
+        (["--brain", "shortest-path", "--world.jump-epoch", "2"], "shortest-path", "jump-epoch"),
+    ],
+)
+def test_a_bad_option_gets_one_sentence_and_exit_code_2(options, named, allowed, tmp_path, capsys):
+    run = tmp_path / "run"
+    sentence = refused(["rollout", str(run), *options], capsys)
+    assert named in sentence
+    assert allowed in sentence
+    assert not run.exists(), "a refused run leaves nothing behind"
+
+
+def test_a_missing_folder_or_verb_is_named(capsys):
+    assert "RUN" in refused(["rollout"], capsys)
+    assert "fly" in refused(["fly"], capsys)
+
+
+def test_a_run_is_never_written_over_another_nor_into_a_file(tmp_path, capsys):
+    run = tmp_path / "run"
+    assert main(["rollout", str(run), "--epochs", "1", "--decisions", "2", "--telemetry", "off"]) == 0
+    before = {file.name: file.read_bytes() for file in run.iterdir()}
+    capsys.readouterr()
+    assert "already holds a run" in refused(["rollout", str(run)], capsys)
+    assert {file.name: file.read_bytes() for file in run.iterdir()} == before
+    (tmp_path / "file").write_text("mine")
+    assert "file" in refused(["rollout", str(tmp_path / "file")], capsys)
+    assert "cannot" in refused(["rollout", str(tmp_path / "file" / "below")], capsys)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_inspecting_what_is_no_run_gets_one_sentence(tmp_path, capsys):
+    assert "no run folder" in refused(["inspect", str(tmp_path / "nowhere")], capsys)
+    assert "config.json" in refused(["inspect", str(tmp_path)], capsys)
+
+
+def test_help_names_the_verbs_and_every_setting(capsys):
+    for arguments, words in (
+        (["--help"], ["rollout", "inspect"]),
+        (["rollout", "--help"], ["--network.sensory-noise"]),
+    ):
+        with pytest.raises(SystemExit) as stop:
+            main(arguments)
+        assert stop.value.code == 0
+        printed = capsys.readouterr().out
+        assert all(word in printed for word in words)
+
+
+def test_a_rollout_ends_with_a_table_its_files_and_the_line_that_opens_the_recording(tmp_path, capsys):
+    run = tmp_path / "run"
+    assert main(["rollout", str(run), "--epochs", "2", "--decisions", "30", "--seed", "7"]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"rerun \S*recording\.rrd", printed)
+    hits = [epoch["hits"] for epoch in json.loads((run / "summary.json").read_text())["epochs"]]
+    table = read_decisions(run)
+    assert table.num_rows == 60
+    assert sum(hits) == sum(table["hit"].to_pylist())
+    names = {file.name for file in run.iterdir()}
+    assert names == {
+        "config.json", "decisions.parquet", "summary.json", "brain.npz", "epochs.png", "weights.png", "policy.png",
+        "recording.rrd",
+    }  # fmt: skip
+    assert all(name in printed for name in names)
+    assert main(["inspect", str(run)]) == 0
+    assert "agrees with the run's files" in capsys.readouterr().out
+
+
+def test_inspect_sees_a_summary_that_does_not_fit_its_recording(tmp_path, capsys):
+    run = tmp_path / "run"
+    assert main(["rollout", str(run), "--epochs", "1", "--decisions", "20"]) == 0
+    summary = json.loads((run / "summary.json").read_text())
+    summary["epochs"][0]["hits"] += 1
+    (run / "summary.json").write_text(json.dumps(summary))
+    assert main(["inspect", str(run)]) == 1
+    assert "disagree" in capsys.readouterr().out
+
+
+def test_the_scripts_take_the_same_options(tmp_path):
+    run = tmp_path / "run"
+    options = ["--epochs", "1", "--decisions", "3"]
+    for script, arguments in (("rollout.py", [str(run), *options]), ("inspect_recording.py", [str(run)])):
+        subprocess.run([sys.executable, SCRIPTS / script, *arguments], check=True, capture_output=True, cwd=tmp_path)
+    assert read_decisions(run).num_rows == 3
