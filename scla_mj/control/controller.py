@@ -155,9 +155,11 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
     """Run one control period.
 
     Returns:
-        The new state, the left and the right wheel's speed command in rad/s, and DRIVING, ARRIVED or RETURNED. A value
-        that is not finite comes out in the commands: the caller checks them.
+        The new state, the left and the right wheel's speed command in rad/s, and DRIVING, ARRIVED or RETURNED. The
+        commands are not numbers if the motion is not finite (limits would swallow that): the caller checks them.
     """
+    if not math.isfinite(motion.x_m + motion.y_m + motion.heading_rad + motion.speed_m_s + motion.turn_rate_rad_s):
+        return state, math.nan, math.nan, DRIVING
     if state.phase == STANDING:
         return state, 0.0, 0.0, DRIVING
     if state.phase == OUTWARD and motion.touched:

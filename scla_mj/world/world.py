@@ -90,6 +90,11 @@ class World:
         mujoco.mj_forward(self.model, self.data)
         self.steps = 0
 
+    def move_target(self, cell: Cell) -> None:
+        """Paint the target on another cell; it is a mark on the floor and touches nothing."""
+        for name in (names.TARGET_RING, names.TARGET_DISC):
+            self.model.geom(name).pos[:2] = self.grid.centre_m(cell)
+
     def pose(self) -> Pose:
         """Return the robot's physical pose."""
         x, y, _, qw, qx, qy, qz = self.data.qpos[:7].tolist()

@@ -1,0 +1,135 @@
+"""The controller on an exact kinematic unicycle, with no physics at all."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scla_mj.config import ControllerConfig
+from scla_mj.control.controller import (
+    ARRIVED,
+    DRIVING,
+    RETURNED,
+    STAND_STILL,
+    Goal,
+    Motion,
+    begin,
+    make_gains,
+    tick,
+)
+from scla_mj.control.profile import braking_speed, slew, wrap_angle
+
+PERIOD_S, RADIUS_M, TRACK_M = 0.01, 0.033, 0.160
+GAINS = make_gains(
+    ControllerConfig(),
+    period_s=PERIOD_S,
+    wheel_radius_m=RADIUS_M,
+    track_m=TRACK_M,
+    top_wheel_speed_rad_s=25.0,
+    cell_size_m=0.30,
+)
+GOAL = Goal(0.0, 0.0, 0.30, 0.0)
+
+
+def unicycle(goal, x, y, heading, wall_at=math.inf, periods=1000):
+    """Drive an ideal unicycle, exactly integrated; a wall stops it at |x| = wall_at. Returns its path."""
+    state, speed, turn_rate, touched, path = begin(goal, heading), 0.0, 0.0, False, []
+    for _ in range(periods):
+        motion = Motion(x, y, heading, speed, turn_rate, touched)
+        state, left, right, status = tick(state, motion, goal, GAINS)
+        path.append((x, y, heading, left, right, status))
+        if status != DRIVING:
+            return path
+        speed, turn_rate = RADIUS_M * (left + right) / 2, RADIUS_M * (right - left) / TRACK_M
+        turned = turn_rate * PERIOD_S
+        chord = speed * PERIOD_S * (math.sin(turned / 2) / (turned / 2) if turned else 1.0)
+        x_new = x + chord * math.cos(heading + turned / 2)
+        touched = abs(x_new) > wall_at
+        x = math.copysign(min(abs(x_new), wall_at), x_new)
+        y += chord * math.sin(heading + turned / 2)
+        heading += turned
+    return path
+
+
+@pytest.mark.parametrize("heading", [0.0, math.pi / 2, math.pi, -math.pi / 2])
+def test_it_arrives_from_every_held_heading(heading):
+    x, y, facing, *_, status = unicycle(GOAL, 0.0, 0.0, heading)[-1]
+    assert status == ARRIVED
+    assert math.hypot(x - 0.30, y) <= 0.003
+    assert math.remainder(facing, math.pi) == pytest.approx(0.0, abs=0.02)
+
+
+def test_it_reverses_rather_than_turn_round():
+    path = unicycle(GOAL, 0.0, 0.0, math.pi)
+    assert all(
+        math.remainder(heading - math.pi, math.tau) == pytest.approx(0.0, abs=1e-9) for _, _, heading, *_ in path
+    )
+    assert min(left for *_, left, _, _ in path) < -10
+
+
+@settings(deadline=None, max_examples=60)
+@given(x=st.floats(-0.05, 0.05), y=st.floats(-0.05, 0.05), heading=st.floats(-math.pi, math.pi))
+def test_it_arrives_from_wherever_it_was_left(x, y, heading):
+    end_x, end_y, *_, status = unicycle(GOAL, x, y, heading)[-1]
+    assert status == ARRIVED
+    assert math.hypot(end_x - 0.30, end_y) <= GAINS.reaim_distance_m
+
+
+def test_a_wall_sends_it_back_to_where_it_came_from():
+    path = unicycle(GOAL, 0.001, -0.001, 0.0, wall_at=0.08)
+    x, y, *_, status = path[-1]
+    assert status == RETURNED
+    assert math.hypot(x, y) <= 0.003
+    assert max(point[0] for point in path) == pytest.approx(0.08)
+
+
+def test_speed_and_acceleration_stay_within_their_limits():
+    for heading in (0.0, math.pi / 2, math.pi):
+        path = unicycle(GOAL, 0.0, 0.0, heading)
+        rims = [(RADIUS_M * left, RADIUS_M * right) for *_, left, right, status in path if status == DRIVING]
+        drive = [(left + right) / 2 for left, right in rims]
+        turn = [(right - left) / TRACK_M for left, right in rims]
+        assert max(map(abs, drive)) <= 0.8 + 1e-9
+        assert max(map(abs, turn)) <= 8.0 + 1e-9
+        rates = [(after - before) / PERIOD_S for before, after in zip([0.0, *drive], drive, strict=False)]
+        assert max(rates) <= 2.2 + 1e-6
+        assert min(rates) >= -2.6 - 1e-6
+
+
+def test_a_straight_move_takes_about_the_time_of_its_trapezoid():
+    # 2.2 up and 2.6 down over 0.30 m: the triangle's top, 0.85 m/s, is cut at 0.8.
+    up, down, top = 2.2, 2.6, 0.8
+    ideal_s = top / up + top / down + (0.30 - top**2 / 2 * (1 / up + 1 / down)) / top
+    assert len(unicycle(GOAL, 0.0, 0.0, 0.0)) * PERIOD_S == pytest.approx(ideal_s, rel=0.08)
+
+
+def test_a_standing_robot_is_commanded_to_rest():
+    state, left, right, status = tick(STAND_STILL, Motion(1.0, 2.0, 3.0, 0.1, 0.1, True), GOAL, GAINS)
+    assert (state, left, right, status) == (STAND_STILL, 0.0, 0.0, DRIVING)
+
+
+@pytest.mark.parametrize("field", ["x_m", "y_m", "heading_rad", "speed_m_s", "turn_rate_rad_s"])
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_pose_that_is_not_finite_comes_out_in_the_commands(field, value):
+    motion = Motion(0.0, 0.0, 0.0, 0.0, 0.0, False)._replace(**{field: value})
+    _, left, right, status = tick(begin(GOAL, 0.0), motion, GOAL, GAINS)
+    assert status == DRIVING
+    assert not (math.isfinite(left) and math.isfinite(right))
+
+
+def test_the_braking_curve_is_that_of_constant_deceleration():
+    # v^2 = 2 a d, less the softening a / rate, from any distance at which the top speed does not cap it.
+    for distance in (0.05, 0.2, 1.0):
+        speed = braking_speed(distance, 100.0, 2.0, 1e6)
+        assert speed == pytest.approx(math.sqrt(2 * 2.0 * distance), rel=1e-4)
+    assert braking_speed(-0.2, 100.0, 2.0, 1e6) == -braking_speed(0.2, 100.0, 2.0, 1e6)
+    assert braking_speed(1e-6, 100.0, 2.0, 40.0) == pytest.approx(40.0e-6, rel=1e-3)
+    assert braking_speed(9.0, 0.8, 2.0, 40.0) == 0.8
+
+
+def test_angles_wrap_and_speeds_slew():
+    assert wrap_angle(3 * math.pi / 2) == pytest.approx(-math.pi / 2)
+    assert (slew(1.0, 2.0, 0.25), slew(1.0, 1.1, 0.25), slew(1.0, -2.0, 0.25)) == (1.25, 1.1, 0.75)

@@ -1,0 +1,181 @@
+"""The robot's physics against closed forms, and the world's faults."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from scla_mj.clock import resolve_clock
+from scla_mj.config import ClockConfig
+from scla_mj.errors import SclaError
+from scla_mj.grid import Cell, Grid
+from scla_mj.world import names
+from scla_mj.world.world import World
+
+CLOCK = resolve_clock(ClockConfig())
+
+
+def make_world(cells=(5, 5), clock=CLOCK):
+    return World(Grid(cells, Cell(3, 3), 0.30), clock)
+
+
+def roll(world, left, right, steps):
+    """Command the wheels for some steps, and return the sensors' record, a row a step."""
+    world.data.ctrl[:] = left, right
+    rows = []
+    for _ in range(steps):
+        mujoco.mj_step(world.model, world.data)
+        world.steps += 1
+        rows.append(world.data.sensordata.copy())
+    return np.array(rows)
+
+
+def column(world, name):
+    return int(world.model.sensor(f"robot/{name}").adr[0])
+
+
+def test_a_spawned_robot_rests_where_it_was_put():
+    world = make_world()
+    world.spawn(Cell(2, 5), 1.0)
+    before = world.data.qpos.copy()
+    assert world.pose()[:3] == pytest.approx((-0.30, 0.60, 1.0), abs=1e-12)
+    highest = max(abs(world.data.qvel).max() for _ in range(50) if roll(world, 0, 0, 1) is not None)
+    assert highest < 1e-4
+    assert world.data.qpos == pytest.approx(before, abs=1e-5)
+    world.spawn(Cell(2, 5), 1.0)
+    assert world.data.time == 0.0
+    assert world.steps == 0
+
+
+def test_the_floor_carries_exactly_the_weight():
+    world = make_world()
+    world.spawn(Cell(3, 3), 0.3)
+    roll(world, 0, 0, 50)
+    force, total = np.zeros(6), 0.0
+    for i in range(world.data.ncon):
+        mujoco.mj_contactForce(world.model, world.data, i, force)
+        total += force[0]
+    assert total == pytest.approx(world.model.body_mass.sum() * 9.81, rel=1e-6)
+
+
+def test_a_spawn_off_the_floor_or_in_a_closed_cell_is_refused():
+    world = World(Grid((3, 3), Cell(3, 3), 0.30, frozenset({Cell(2, 2)})), CLOCK)
+    for cell in (Cell(0, 1), Cell(2, 2)):
+        with pytest.raises(SclaError, match="choose an open cell"):
+            world.spawn(cell, 0.0)
+
+
+def test_unequal_wheels_drive_the_circle_of_the_closed_form():
+    world = make_world((20, 20))
+    world.spawn(Cell(10, 10), 0.0)
+    roll(world, 5.0, 7.0, 100)
+    points = []
+    for _ in range(1000):
+        record = roll(world, 5.0, 7.0, 1)
+        points.append(world.pose()[:2])
+    x, y = np.array(points).T
+    solution, *_ = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x**2 + y**2, rcond=None)
+    radius = math.sqrt(solution[2] + solution[0] ** 2 + solution[1] ** 2)
+    left, right = record[-1, column(world, "speed_left")], record[-1, column(world, "speed_right")]
+    assert radius == pytest.approx(0.160 / 2 * (right + left) / (right - left), rel=0.003)
+
+
+def test_encoders_times_the_radius_are_the_distance():
+    world = make_world((20, 20))
+    world.spawn(Cell(3, 10), 0.0)
+    start = world.pose().x_m
+    record = roll(world, 6.0, 6.0, 500)
+    turned = record[-1, column(world, "encoder_left")]
+    # A loaded tyre rolls on a slightly smaller radius (1.2 % here, from the contact's compliance).
+    assert turned * 0.033 == pytest.approx(world.pose().x_m - start, rel=0.02)
+    assert turned == pytest.approx(record[-1, column(world, "encoder_right")], rel=1e-6)
+    assert record[-1, column(world, "speed_left")] == pytest.approx(6.0, rel=1e-3)
+
+
+def test_the_gyro_integrates_to_the_yaw():
+    world = make_world()
+    world.spawn(Cell(3, 3), 0.0)
+    record = roll(world, -4.0, 4.0, 80)
+    mujoco.mj_forward(world.model, world.data)  # a step's sensors are those of its start
+    rates = np.append(record[:, column(world, "gyro") + 2], world.data.sensordata[column(world, "gyro") + 2])
+    yaw_from_gyro = np.trapezoid(rates, dx=CLOCK.physics_step_s)
+    assert yaw_from_gyro == pytest.approx(world.pose().heading_rad, abs=0.002)
+    assert abs(yaw_from_gyro) > 0.5
+
+
+def test_the_accelerometer_at_rest_measures_gravity():
+    world = make_world()
+    world.spawn(Cell(3, 3), 0.0)
+    record = roll(world, 0.0, 0.0, 30)
+    first = column(world, "accelerometer")
+    assert np.linalg.norm(record[-1, first : first + 3]) == pytest.approx(9.81, rel=1e-3)
+
+
+def test_wheels_at_rest_bring_a_rolling_robot_to_a_stop():
+    world = make_world()
+    world.spawn(Cell(3, 3), 0.0)
+    roll(world, 8.0, 8.0, 30)
+    assert world.data.qvel[0] > 0.2
+    roll(world, 0.0, 0.0, 100)
+    assert np.abs(world.data.qvel).max() < 1e-3
+
+
+@pytest.mark.parametrize(("heading", "speed", "bumper"), [(0.0, 6.0, 0), (math.pi, -6.0, 1)])
+def test_the_bumper_that_meets_the_wall_feels_it(heading, speed, bumper):
+    world = make_world()
+    world.spawn(Cell(5, 3), heading)
+    record = roll(world, speed, speed, 100)
+    felt = [(record[:, column(world, name.removeprefix("robot/"))] > 0).any() for name in names.TOUCH_SENSORS]
+    assert felt[bumper]
+    assert not felt[1 - bumper]
+    assert world.pose().x_m < 0.75
+
+
+def test_dm_control_sees_the_very_same_model_and_data():
+    world = make_world()
+    physics = world.physics
+    assert physics.model.ptr is world.model
+    assert physics.data.ptr is world.data
+    world.spawn(Cell(1, 2), 0.0)
+    assert physics.named.data.qpos[names.ROOT_JOINT][:2] == pytest.approx([-0.60, -0.30])
+    before = world.data.time
+    physics.step()
+    assert world.data.time == pytest.approx(before + CLOCK.physics_step_s)
+
+
+def test_a_sound_robot_has_no_faults():
+    world = make_world()
+    roll(world, 3.0, 4.0, 200)
+    assert world.faults() == []
+    assert world.can_drive()
+
+
+def test_a_state_that_is_not_a_number_is_seen_and_leaves_no_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    world = make_world()
+    world.data.qvel[0] = math.nan
+    roll(world, 0.0, 0.0, 2)
+    assert not world.can_drive()
+    assert any("not finite" in fault for fault in world.faults())
+    assert any("BADQVEL" in fault for fault in world.faults())
+    assert list(Path(tmp_path).iterdir()) == []
+    world.spawn(Cell(1, 1), 0.0)
+    assert world.faults() == []
+
+
+def test_a_robot_on_its_side_has_fallen():
+    world = make_world()
+    world.data.qpos[2:7] = 0.12, math.cos(math.pi / 4), math.sin(math.pi / 4), 0, 0
+    assert world.faults() == ["the robot has fallen over"]
+    assert not world.can_drive()
+
+
+def test_a_silent_reset_is_seen_by_the_clock():
+    world = make_world()
+    roll(world, 1.0, 1.0, 10)
+    mujoco.mj_resetData(world.model, world.data)
+    assert any("reset itself" in fault for fault in world.faults())
