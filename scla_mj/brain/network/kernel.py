@@ -21,7 +21,7 @@ import numpy as np
 from numba import njit
 
 from scla_mj.anatomy import EXCITATORY_COUNT, INHIBITORY, MOTOR, NEURON_COUNT, POPULATIONS, PROJECTIONS, SENSORY
-from scla_mj.brain.network.parameters import FLOOR, NeuronConstants, Parameters
+from scla_mj.brain.network.parameters import NeuronConstants, Parameters
 from scla_mj.brain.network.state import NetworkState
 from scla_mj.grid import Action
 
@@ -93,7 +93,7 @@ def _decay(state: NetworkState, parameters: Parameters) -> None:
     state.decayed[0] *= p.eligibility_decay
     for k in range(state.dopamine.shape[0]):
         dopamine = state.dopamine[k] * p.dopamine_decay
-        state.dopamine[k] = dopamine if abs(dopamine) >= FLOOR else 0.0
+        state.dopamine[k] = dopamine if abs(dopamine) >= p.floor else 0.0
         state.gathered[k] += p.learning_rate * state.dopamine[k] * state.decayed[0]
 
 

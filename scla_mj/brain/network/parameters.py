@@ -28,8 +28,9 @@ REGULAR_SPIKING: Final = CellType(0.02, 0.2, -65.0, 8.0)
 FAST_SPIKING: Final = CellType(0.1, 0.2, -65.0, 2.0)
 
 # Below these, dopamine and eligibility (FLOOR) and STDP traces (TRACE_FLOOR) are zero: subnormal numbers would slow the
-# kernel thirteen-fold, and both floors are far under anything that moves a weight.
-FLOOR: Final = 1e-12
+# kernel thirteen-fold, and without dopamine a spike costs half. What is cut off moves no weight by as much as its own
+# rounding: rate tau FLOOR is 5e-7 in float32, where a weight of 4 has steps of 4.8e-7.
+FLOOR: Final = {"float32": 1e-7, "float64": 1e-12}
 TRACE_FLOOR: Final = 1e-6
 
 # A uniform variable on [-1, 1) has a standard deviation of 1 / sqrt(3).
@@ -104,7 +105,7 @@ def build_parameters(network: NetworkConfig, plasticity: PlasticityConfig, *, ne
             learning_rate=plasticity.learning_rate_per_ms * neural_step_ms,
             weight_max=real(network.weight_max),
             zero=real(0.0),
-            floor=real(FLOOR),
+            floor=real(FLOOR[network.precision]),
             trace_floor=real(TRACE_FLOOR),
         ),
         noise_amplitude=_noise_amplitude(network, neural_step_ms),
