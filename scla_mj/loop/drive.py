@@ -195,9 +195,9 @@ class Driver:
         self, action: Action, start: Cell, status: int, duration_s: float, trajectory: NDArray[np.float64]
     ) -> Move:
         """Say how the move ended, from the physical pose alone."""
-        if not self._world.can_drive():
-            return Move(Outcome.FAILED, start, start, duration_s, math.nan, math.nan, True, trajectory)
         grid, pose = self._world.grid, self._world.pose()
+        if not pose.can_drive():
+            return Move(Outcome.FAILED, start, start, duration_s, math.nan, math.nan, True, trajectory)
         after = grid.cell_at(pose.x_m, pose.y_m)
         outcome = Outcome.FAILED
         if status == ARRIVED and after == start.after(action):

@@ -33,6 +33,10 @@ class Pose(NamedTuple):
     heading_rad: float
     upright: float
 
+    def can_drive(self) -> bool:
+        """Tell whether the robot stands upright at a finite place: if not, only a spawn helps."""
+        return math.isfinite(self.x_m + self.y_m + self.heading_rad) and self.upright >= UPRIGHT_COSINE
+
 
 class World:
     """The compiled arena of one grid.
@@ -102,9 +106,8 @@ class World:
         return Pose(x, y, heading, 1 - 2 * (qx * qx + qy * qy))
 
     def can_drive(self) -> bool:
-        """Tell whether the robot stands upright at a finite place: if not, only a spawn helps."""
-        pose = self.pose()
-        return all(map(math.isfinite, pose)) and pose.upright >= UPRIGHT_COSINE
+        """Tell whether the robot can drive on from where it is now."""
+        return self.pose().can_drive()
 
     def faults(self) -> list[str]:
         """Return a sentence for each thing that has gone wrong since the spawn; none if all is well."""
