@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from scla_mj.errors import SclaError
 from scla_mj.telemetry import names
+from scla_mj.telemetry.probe import survives_decoding
 
 # Rerun 0.41's file: a header, then frames of kind and length (both uint64) and that many bytes.
 _MAGIC: Final = b"RRF2"
@@ -72,8 +73,10 @@ class Chunk(NamedTuple):
 
 
 @contextlib.contextmanager
-def open_recording(path: Path) -> Iterator[RecordingFile]:
+def open_recording(path: Path, *, untrusted: bool = True) -> Iterator[RecordingFile]:
     """Open a recording of ours; one that a killed run left is read up to its last whole chunk.
+
+    An untrusted file is first decoded in a process of its own, which takes about half a second.
 
     Raises:
         SclaError: the file is missing, empty, no Rerun recording, not ours, or damaged.
@@ -81,6 +84,8 @@ def open_recording(path: Path) -> Iterator[RecordingFile]:
     finished = _check_header(path)
     with contextlib.ExitStack() as stack:
         readable = path if finished else stack.enter_context(_without_the_cut(path))
+        if untrusted and not survives_decoding(readable):
+            raise SclaError(f"the recording {path} is damaged: its data cannot be decoded")
         with faults_named(path):
             reader = _quietly(rr.chunk.RrdReader, readable)
             stores = _quietly(reader.recordings)
@@ -107,7 +112,9 @@ class RecordingFile:
         with faults_named(self.path):
             stream = _quietly(self._reader.stream)
             for chunk in stream.filter(content=content) if content else stream:
-                yield Chunk(chunk.entity_path.lstrip("/"), chunk.to_record_batch())
+                rows = chunk.to_record_batch()
+                rows.validate(full=True)
+                yield Chunk(chunk.entity_path.lstrip("/"), rows)
 
 
 def _check_header(path: Path) -> bool:

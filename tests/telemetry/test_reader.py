@@ -190,6 +190,14 @@ def test_a_recording_cut_anywhere_is_readable_or_refused_in_a_sentence(folder, t
     assert not seen.finished and seen.decisions in (0, 200, 300)
 
 
+def test_bytes_that_abort_the_decoder_are_refused_in_a_sentence(folder, tmp_path, monkeypatch):
+    # Whether bad bytes abort or raise depends on where they fall: this decoder always aborts.
+    (tmp_path / "rerun_bindings.py").write_text("import os; os.abort()")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(SclaError, match=r"light\.rrd is damaged: its data cannot be decoded$"):
+        inspect_recording(folder / "light.rrd")
+
+
 def test_a_damaged_recording_is_refused_in_a_sentence(folder, tmp_path):
     whole = bytearray((folder / "light.rrd").read_bytes())
     middle = len(whole) // 2

@@ -45,7 +45,7 @@ def record_run(path: Path, mode: Telemetry, run: list[DecisionRecord], last: Sna
 def read(path: Path, entity: str, component: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return an entity's values, and the simulated time and the decision of every row."""
     values, times, decisions = [], [], []
-    with open_recording(path) as file:
+    with open_recording(path, untrusted=False) as file:
         for chunk in file.chunks([f"/{entity}"]):
             if chunk.has(component) and "sim_time" in chunk.rows.schema.names:
                 values.append(chunk.values(component))
@@ -56,7 +56,7 @@ def read(path: Path, entity: str, component: str) -> tuple[np.ndarray, np.ndarra
 
 def spikes_by_decision(path: Path, population: str) -> list[np.ndarray]:
     rows = []
-    with open_recording(path) as file:
+    with open_recording(path, untrusted=False) as file:
         for chunk in file.chunks([f"/brain/spikes/{population}"]):
             if chunk.has("Points2D:positions"):
                 cuts = np.cumsum(chunk.lengths("Points2D:positions"))[:-1]
@@ -86,7 +86,7 @@ def test_light_drops_only_the_spikes_outside_the_thinking_windows(tmp_path):
         record_run(tmp_path / f"{mode}.rrd", mode, run, snapshot(np.random.default_rng(0)))
     entities: dict[str, dict[str, int]] = {}
     for mode in ("light", "full"):
-        with open_recording(tmp_path / f"{mode}.rrd") as file:
+        with open_recording(tmp_path / f"{mode}.rrd", untrusted=False) as file:
             entities[mode] = {}
             for chunk in file.chunks():
                 size = sum(len(column.flatten()) for column in chunk.rows.columns if hasattr(column, "flatten"))
@@ -155,7 +155,7 @@ def test_weights_dopamine_and_errors_are_read_back_to_the_bit(tmp_path):
 def test_a_trail_strip_follows_its_move(tmp_path):
     run = list(records(epochs=1, decisions=3, spikes=10, thinking_spikes=5))
     record_run(tmp_path / "r.rrd", "light", run)
-    with open_recording(tmp_path / "r.rrd") as file:
+    with open_recording(tmp_path / "r.rrd", untrusted=False) as file:
         strips = [
             np.array(row[0])
             for chunk in file.chunks(["/world/trajectory"])
@@ -169,7 +169,7 @@ def test_a_trail_strip_follows_its_move(tmp_path):
 
 def test_the_scene_draws_what_is_seen_and_places_the_wheels_on_the_chassis(tmp_path):
     record_run(tmp_path / "r.rrd", "light", [])
-    with open_recording(tmp_path / "r.rrd") as file:
+    with open_recording(tmp_path / "r.rrd", untrusted=False) as file:
         static = {chunk.entity: chunk for chunk in file.chunks(["/world/**"])}
     wall = static["world/wall/boxes3d"]
     assert np.allclose(wall.values("Boxes3D:half_sizes"), [[0.01, 0.75, 0.05]])
@@ -254,7 +254,7 @@ def test_a_failed_move_without_a_trajectory_is_recorded_and_named_in_the_log(tmp
     (record,) = records(epochs=1, decisions=1, spikes=10, thinking_spikes=5)
     failed = record.move._replace(outcome=Outcome.FAILED, trajectory=np.empty((0, 12)))
     record_run(tmp_path / "r.rrd", "light", [record._replace(move=failed, hit=False)])
-    with open_recording(tmp_path / "r.rrd") as file:
+    with open_recording(tmp_path / "r.rrd", untrusted=False) as file:
         texts = [text for chunk in file.chunks(["/decisions/log"]) for text in chunk.values("TextLog:text")]
     assert any("failed" in text for text in texts)
 
