@@ -1,0 +1,192 @@
+"""What OUT holds of each experiment, read back from its run folders; what is missing is kept by name."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import PROJECTIONS
+from scla_mj.errors import SclaError
+from scla_mj.experiments import statistics
+from scla_mj.experiments.campaign import run_folder
+from scla_mj.experiments.catalogue import Experiment
+from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
+from scla_mj.runs.brain import read_brain
+from scla_mj.runs.decisions import read_decisions
+from scla_mj.runs.folder import load_config
+from scla_mj.runs.summary import Summary, read_summary
+
+Array = NDArray[np.float64]
+BLOCK_DECISIONS: Final = 100
+"""Decisions in a block of a run's beginning: fine enough to see a first epoch learn."""
+_EARLY_DECISIONS: Final = 2000
+_SEED: Final = 20_07  # any fixed number: the same data give the same report
+
+
+class Gap(NamedTuple):
+    """A run that the report goes without, and why."""
+
+    experiment: str
+    seed: int
+    reason: str
+
+
+class SeedRun(NamedTuple):
+    """What the report wants of one finished run."""
+
+    summary: Summary
+    probabilities: Array | None
+    mastery: int | None
+    early: Array
+    """Hits per 1000 in each block of the run's first decisions."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """An experiment with its finished runs; arrays are (seeds, epochs) unless said otherwise."""
+
+    experiment: Experiment
+    runs: tuple[SeedRun, ...]
+    gaps: tuple[Gap, ...]
+
+    @property
+    def measured(self) -> bool:
+        """Whether there is any finished run."""
+        return bool(self.runs)
+
+    @property
+    def epochs(self) -> int:
+        """Epochs of a run."""
+        return self.experiment.config.epochs
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the finished runs."""
+        return tuple(run.summary.seed for run in self.runs)
+
+    @cached_property
+    def hits(self) -> Array:
+        """Hits per 1000 decisions."""
+        return np.array([[epoch.hits_per_1000 for epoch in run.summary.epochs] for run in self.runs])
+
+    @cached_property
+    def ceilings(self) -> Array:
+        """The ceiling of every epoch (epochs,), in hits per 1000 decisions."""
+        return np.array([epoch.ceiling_hits_per_1000 for epoch in self.runs[0].summary.epochs])
+
+    @cached_property
+    def percent(self) -> Array:
+        """Percent of each epoch's ceiling."""
+        return statistics.percent_of_ceiling(self.hits, self.ceilings)
+
+    @cached_property
+    def early(self) -> Array:
+        """Hits per 1000 in every block of `BLOCK_DECISIONS` of the first decisions (seeds, blocks)."""
+        return np.array([run.early for run in self.runs])
+
+    @property
+    def early_decisions(self) -> Array:
+        """The decision that ends each block of `early` (blocks,)."""
+        size = min(BLOCK_DECISIONS, self.experiment.config.epochs * self.experiment.config.decisions)
+        return size * np.arange(1.0, self.early.shape[1] + 1.0)
+
+    @cached_property
+    def weights(self) -> Array | None:
+        """Mean weights at the epochs' ends (seeds, epochs, 8), or None for a brain without synapses."""
+        rows = [[epoch.mean_weights for epoch in run.summary.epochs] for run in self.runs]
+        if any(means is None for row in rows for means in row):
+            return None
+        return np.array(rows, dtype=np.float64).reshape(len(rows), -1, len(PROJECTIONS))
+
+    @cached_property
+    def probabilities(self) -> Array | None:
+        """Action probabilities (W, H, 4) at the end, mean over seeds, or None for a brain without automata."""
+        known = [run.probabilities for run in self.runs if run.probabilities is not None]
+        return np.mean(known, axis=0) if len(known) == len(self.runs) > 0 else None
+
+
+@dataclass(frozen=True)
+class Study:
+    """All experiments of a report, in its order."""
+
+    evidence: tuple[Evidence, ...]
+
+    def group(self, *names: str) -> list[Evidence]:
+        """Return the measured experiments of some groups."""
+        return [item for item in self.evidence if item.experiment.group in names and item.measured]
+
+    def named(self, name: str | None) -> Evidence | None:
+        """Return an experiment if it is measured."""
+        return next((item for item in self.evidence if item.experiment.name == name and item.measured), None)
+
+    def of_brain(self, brain: str, protocol: str) -> Evidence | None:
+        """Return the paper's own experiment with a brain and a protocol, if it is measured."""
+        for item in self.group("paper"):
+            if (item.experiment.config.brain, item.experiment.config.protocol) == (brain, protocol):
+                return item
+        return None
+
+    def gaps(self) -> list[Gap]:
+        """Return every run that is missing."""
+        return [gap for item in self.evidence for gap in item.gaps]
+
+
+def generator() -> np.random.Generator:
+    """Return a fresh generator, always the same: one quantity has one interval wherever the report shows it."""
+    return np.random.Generator(np.random.PCG64(_SEED))
+
+
+def estimate(values: Array) -> statistics.Estimate:
+    """Return the mean over seeds and its interval."""
+    return statistics.estimate(values, rng=generator())
+
+
+def gather(out: Path, experiments: Sequence[Experiment]) -> Study:
+    """Read every finished run of the experiments in `out`."""
+    return Study(tuple(_gather_one(out, experiment) for experiment in experiments))
+
+
+def _gather_one(out: Path, experiment: Experiment) -> Evidence:
+    runs, gaps = [], []
+    for seed in experiment.seeds:
+        try:
+            runs.append(_read(run_folder(out, experiment, seed), experiment, seed))
+        except SclaError as reason:
+            gaps.append(Gap(experiment.name, seed, str(reason)))
+    return Evidence(experiment, tuple(runs), tuple(gaps))
+
+
+def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
+    """Return a finished run.
+
+    Raises:
+        SclaError: it is not there, not finished, damaged, or was made with other settings.
+    """
+    if not (folder / SUMMARY_JSON).exists():
+        raise SclaError("not run")
+    config = dataclasses.replace(experiment.config, seed=seed)
+    if load_config(folder / CONFIG_JSON) != config:
+        raise SclaError("made with other settings")
+    summary = read_summary(folder)
+    done = sum(epoch.decisions for epoch in summary.epochs)
+    if done != config.epochs * config.decisions or len(summary.epochs) != config.epochs:
+        raise SclaError(f"unfinished: {done} of {config.epochs * config.decisions} decisions")
+    table = read_decisions(folder)
+    hits = table["hit"].to_numpy()
+    ceilings = np.array([epoch.ceiling_hits_per_1000 for epoch in summary.epochs])
+    mastery = statistics.decisions_to_mastery(hits, ceilings[table["epoch"].to_numpy() - 1])
+    return SeedRun(summary, read_brain(folder).probabilities, mastery, _blocks(hits[:_EARLY_DECISIONS]))
+
+
+def _blocks(hits: NDArray[np.bool_]) -> Array:
+    """Return hits per 1000 in every whole block, or in all there is if that is less than one."""
+    size = min(BLOCK_DECISIONS, len(hits))
+    whole = hits[: len(hits) // size * size]
+    return np.asarray(1000.0 * whole.reshape(-1, size).mean(axis=1))

@@ -1,0 +1,91 @@
+"""The first chapter: what was asked, what came out."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from scla_mj.experiments import statistics
+from scla_mj.experiments.report.document import (
+    Block,
+    Bullets,
+    Cell,
+    Column,
+    Interval,
+    Mark,
+    Paragraph,
+    Section,
+    Strong,
+    Table,
+    Text,
+)
+from scla_mj.experiments.report.evidence import Evidence, Gap, Study
+from scla_mj.experiments.report.sections import parts
+from scla_mj.experiments.report.verdicts import Verdict, judge
+from scla_mj.grid import PROTOCOLS
+
+
+def summary(study: Study) -> Section:
+    """Return the verdict on every target, and the list of what is missing."""
+    verdicts = [judge(item, target) for item in study.evidence for target in item.experiment.targets]
+    blocks: list[Block] = [*_headlines(study), _counts(verdicts)]
+    if verdicts:
+        blocks.append(_table(verdicts))
+    return Section("summary", "Summary", (*blocks, *_missing(study.gaps())))
+
+
+def _headlines(study: Study) -> list[Block]:
+    """Return what SCLA and the automaton alone earned, in a sentence each."""
+    items = [study.of_brain(brain, protocol) for brain in ("scla", "automaton") for protocol in PROTOCOLS]
+    sentences = [_headline(item) for item in items if item is not None]
+    return [Bullets(tuple(sentences))] if sentences else []
+
+
+def _headline(item: Evidence) -> Text:
+    span = statistics.settled_span(item.epochs)
+    hits, percent = (statistics.span_means(values, *span) for values in (item.hits, item.percent))
+    title = item.experiment.title
+    return (
+        Strong(f"{title[0].upper()}{title[1:]}"),
+        f": {parts.mean_with_interval(hits, 1)} of at most {item.ceilings[-1]:g} hits per 1000 decisions over epochs "
+        f"{parts.span_text(*span)}, {percent.mean():.1f} % of the ceiling; {item.hits[:, 0].mean():.1f} in the first "
+        "epoch.",
+    )
+
+
+def _counts(verdicts: list[Verdict]) -> Paragraph:
+    reached, missed, unknown = (sum(v.reached is kind for v in verdicts) for kind in (True, False, None))
+    tail = f", {unknown} could not be judged from the runs that are here" if unknown else ""
+    return Paragraph((Strong(f"{reached} of {len(verdicts)} targets reached"), f", {missed} missed{tail}."))
+
+
+def _table(verdicts: list[Verdict]) -> Table:
+    columns = (
+        Column("experiment"), Column("target"), Column("epochs"), Column("measured", 2),
+        Column(parts.INTERVAL, 2), Column("verdict"),
+    )  # fmt: skip
+    caption = (
+        "Every target beside what was measured, in the target's own unit: hits per 1000 decisions, or percent of the "
+        f"ceiling. Mean over seeds with its {parts.INTERVAL}, or the worst seed. Protocol, ceiling and seeds of each "
+        "experiment stand in its own table below."
+    )
+    return Table("targets", caption, columns, tuple(_row(verdict) for verdict in verdicts))
+
+
+def _row(verdict: Verdict) -> tuple[Cell, ...]:
+    experiment, target = verdict.evidence.experiment, verdict.target
+    mark = {
+        True: Mark("reached", "good"), False: Mark("missed", "bad"), None: Mark("not measured", "open")
+    }[verdict.reached]  # fmt: skip
+    span = parts.span_text(target.first_epoch, target.last_epoch)
+    interval: Interval | None = verdict.interval
+    return experiment.title, target.text, span, verdict.measured, interval, mark
+
+
+def _missing(gaps: list[Gap]) -> tuple[Block, ...]:
+    """Name what is not in OUT, so that nothing is taken for measured that is not."""
+    if not gaps:
+        return (Paragraph("Every run of every experiment is here and complete."),)
+    items = []
+    for (experiment, reason), group in groupby(gaps, key=lambda gap: (gap.experiment, gap.reason)):
+        items.append((Strong(experiment), f": {parts.seeds_text([gap.seed for gap in group])}: {reason}"))
+    return Paragraph("Missing from this report:"), Bullets(tuple(items))

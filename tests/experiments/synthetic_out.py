@@ -1,0 +1,83 @@
+"""An OUT folder without a simulator: runs whose hits follow a known learning curve, put down by the run folder's writers."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from scla_mj.config import RunConfig
+from scla_mj.experiments.campaign import run_folder
+from scla_mj.experiments.catalogue import Experiment
+from scla_mj.grid import Action
+from scla_mj.markov import ceiling_hits_per_1000, hits_per_1000, uniform_policy
+from scla_mj.runs.brain import write_brain
+from scla_mj.runs.decisions import DecisionLog
+from scla_mj.runs.folder import create
+from scla_mj.runs.summary import Tally, write_summary
+from scla_mj.signals import Activity, Decision, DecisionRecord, Move, Outcome, Percept, Snapshot
+
+Skill = Callable[[int], float]
+"""The chance of a hit, from 0 (a random walk) to 1 (the ceiling), by epoch."""
+
+SPIKING = ("scla", "network")
+_EMPTY = np.zeros(0, dtype=np.int32)
+_TRAJECTORY = np.zeros((0, 12))
+
+
+def learning(rate: float) -> Skill:
+    return lambda epoch: 1.0 - float(np.exp(-rate * epoch))
+
+
+def write_runs(out: Path, experiment: Experiment, skill: Skill, *, decisions: int | None = None) -> None:
+    """Write every seed's run; with `decisions` only that many of each run, as a killed one leaves them."""
+    for seed in experiment.seeds:
+        config = dataclasses.replace(experiment.config, seed=seed)
+        run = create(run_folder(out, experiment, seed), config)
+        tally = Tally(config)
+        with DecisionLog(run.path) as log:
+            for number, record in enumerate(records(config, skill)):
+                if number == decisions:
+                    break
+                log.write(record)
+                tally.add(record)
+        write_summary(run.path, tally.summary(simulated_s=3600.0, wall_s=30.0))
+        write_brain(run.path, snapshot(config, skill))
+
+
+def records(config: RunConfig, skill: Skill) -> Iterator[DecisionRecord]:
+    rng = np.random.default_rng(config.seed + sum(map(ord, config.brain)))
+    for epoch in range(1, config.epochs + 1):
+        grid = config.build_grid(epoch)
+        ceiling = ceiling_hits_per_1000(grid, config.protocol, direction_noise=config.world.direction_noise)
+        floor = hits_per_1000(grid, config.protocol, uniform_policy(grid))
+        chance = (floor + (ceiling - floor) * skill(epoch)) / 1000.0
+        cell = grid.start_cells("sensed-start")[0]
+        move = Move(Outcome.MOVED, cell, grid.target, 1.0, 0.001, 0.0, False, _TRAJECTORY)
+        hits = rng.random(config.decisions) < chance
+        for decision, hit in enumerate(hits.tolist(), 1):
+            yield DecisionRecord(epoch, decision, float(decision), Percept(cell, None), Decision(Action.UP), Action.UP,
+                                 move, hit, activity(config, skill(epoch)))  # fmt: skip
+
+
+def activity(config: RunConfig, skill: float) -> Activity | None:
+    if config.brain not in SPIKING:
+        return None
+    agrees = np.array([1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0])
+    means = np.where(agrees > 0, 1.0 + 2.9 * skill, 1.0 - 0.7 * skill) + 0.02 * np.arange(8) + 0.01 * config.seed
+    return Activity(_EMPTY, _EMPTY, 0, 50, 50, means, np.zeros(8))
+
+
+def snapshot(config: RunConfig, skill: Skill) -> Snapshot:
+    """Automata as sure of their way as the last epoch's skill."""
+    if config.brain not in ("scla", "automaton"):
+        return Snapshot()
+    grid, sure = config.build_grid(config.epochs), skill(config.epochs)
+    probabilities = uniform_policy(grid) * (1.0 - sure)
+    for cell in grid.open_cells():
+        good = [action for action, beyond in grid.neighbours(cell) if grid.distances[beyond] < grid.distances[cell]]
+        probabilities[cell.x - 1, cell.y - 1, good[0] if good else Action.UP] += sure
+    probabilities /= probabilities.sum(axis=2, keepdims=True)
+    return Snapshot(None, probabilities)
