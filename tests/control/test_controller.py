@@ -78,6 +78,12 @@ def test_it_arrives_from_wherever_it_was_left(x, y, heading):
     assert math.hypot(end_x - 0.30, end_y) <= GAINS.reaim_distance_m
 
 
+def test_it_aims_again_where_steering_alone_cannot_help():
+    end_x, end_y, *_, status = unicycle(GOAL, 0.29, 0.05, 0.0)[-1]
+    assert status == ARRIVED
+    assert math.hypot(end_x - 0.30, end_y) <= GAINS.reaim_distance_m
+
+
 def test_a_wall_sends_it_back_to_where_it_came_from():
     path = unicycle(GOAL, 0.001, -0.001, 0.0, wall_at=0.08)
     x, y, *_, status = path[-1]

@@ -175,7 +175,7 @@ def test_a_fallen_robot_fails_and_says_so():
     world.spawn(Cell(3, 3), 0.0)
     world.data.qpos[2:7] = 0.12, math.cos(math.pi / 4), math.sin(math.pi / 4), 0, 0
     move = driver.drive(Action.RIGHT, Cell(3, 3))
-    assert (move.outcome, move.fallen) == (Outcome.FAILED, True)
+    assert (move.outcome, move.fallen, move.duration_s) == (Outcome.FAILED, True, 0.0)
 
 
 def test_a_state_that_is_not_a_number_fails_and_commands_nothing():
@@ -183,7 +183,6 @@ def test_a_state_that_is_not_a_number_fails_and_commands_nothing():
     world.spawn(Cell(3, 3), 0.0)
     world.data.qvel[:] = math.nan
     move = driver.drive(Action.RIGHT, Cell(3, 3))
-    assert (move.outcome, move.fallen) == (Outcome.FAILED, False) or move.fallen
     assert move.outcome == Outcome.FAILED
     assert not np.isnan(world.data.ctrl).any()
 
@@ -191,7 +190,7 @@ def test_a_state_that_is_not_a_number_fails_and_commands_nothing():
 def test_a_pushed_robot_aims_again_and_arrives():
     world, driver = make_driver()
     world.spawn(Cell(3, 3), 0.0)
-    world.data.qpos[:2] += 0.06, 0.06
+    world.data.qpos[:2] += 0.29, 0.05  # beside the end of its line, where steering alone cannot help
     mujoco.mj_forward(world.model, world.data)
     move = driver.drive(Action.RIGHT, Cell(3, 3))
     assert (move.outcome, move.after) == (Outcome.MOVED, Cell(4, 3))

@@ -156,6 +156,7 @@ def test_a_sound_robot_has_no_faults():
 
 def test_a_state_that_is_not_a_number_is_seen_and_leaves_no_log(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    mujoco.set_mju_user_warning(None)
     world = make_world()
     world.data.qvel[0] = math.nan
     roll(world, 0.0, 0.0, 2)
