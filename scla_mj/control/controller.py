@@ -135,7 +135,7 @@ def make_gains(
     )
 
 
-@njit
+@njit(cache=True)
 def begin(goal: Goal, heading_rad: float) -> State:
     """Return the state at the start of a move: outward bound, in reverse if the target lies behind."""
     course = math.atan2(goal.target_y_m - goal.start_y_m, goal.target_x_m - goal.start_x_m)
