@@ -1,4 +1,4 @@
-"""An OUT folder without a simulator: runs whose hits follow a known learning curve, put down by the run folder's writers."""
+"""An OUT folder without a simulator: runs whose hits follow a known curve, put down by the run folder's own writers."""
 
 from __future__ import annotations
 

@@ -27,8 +27,8 @@ RULE: Final = "#dcdcd6"
 SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6d31", "#7a68b3")
 """Okabe and Ito 2008, told apart by every kind of colour vision; without their black and yellow, with two dark hues."""
 DASHES: Final = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-", (0, (5, 1.5)), (0, (2, 1.2)), "-")
-WARM: Final = ("#8c2d04", "#d94801", "#f16913", "#c51b8a")
-COOL: Final = ("#08519c", "#4292c6", "#1b9e8a", "#756bb1")
+WARM: Final = ("#a63603", "#e6550d", "#fd8d3c", "#c51b8a")
+COOL: Final = ("#2166ac", "#4292c6", "#1b9e8a", "#756bb1")
 
 _STYLE: Final[dict[Any, Any]] = {
     "svg.fonttype": "none",

@@ -30,8 +30,8 @@ def judge(evidence: Evidence, target: Target) -> Verdict:
     mean = estimate(seeds)
     interval = None if math.isnan(mean.low) else Interval(mean.low, mean.high)
     if target.statistic == "interval holds":
-        reached = interval is not None and interval.low <= target.low and target.high <= interval.high
+        reached = interval is not None and bool(interval.low <= target.low and target.high <= interval.high)
         return Verdict(evidence, target, mean.mean, interval, reached)
     worst = target.statistic == "worst seed percent of ceiling"
     measured = float(seeds.min()) if worst else mean.mean
-    return Verdict(evidence, target, measured, None if worst else interval, target.low <= measured <= target.high)
+    return Verdict(evidence, target, measured, None if worst else interval, bool(target.low <= measured <= target.high))

@@ -30,9 +30,9 @@ def _protocol() -> Text:
     return (
         Strong(f"{printed:g} hits cannot be any-start."),
         f" From a uniformly drawn cell the shortest path to {paper.TARGET} takes {1000 / any_start:g} moves on "
-        f"average: no policy earns more than {any_start:g} hits per 1000 moves; {printed:g} would mean {1000 / printed:.3f} "
-        f"moves a hit. If the robot starts beside the target the ceiling is {sensed:g}, and {printed:g} is "
-        f"{100 * printed / sensed:.1f} % of it.",
+        f"average: no policy earns more than {any_start:g} hits per 1000 moves; {printed:g} would mean "
+        f"{1000 / printed:.3f} moves a hit. If the robot starts beside the target the ceiling is {sensed:g}, and "
+        f"{printed:g} is {100 * printed / sensed:.1f} % of it.",
     )
 
 
@@ -74,9 +74,9 @@ def _equation_2() -> Text:
     return (
         Strong("Equation 2 as printed has no rest."),
         f" With u' = a(bv − c) and Table 2's a = {a:g}, b = {b:g}, c = {number(c, 0)}, at v = {number(c, 0)} mV "
-        f"u grows by {a * (b * c - c):.2f} every millisecond without bound; with u' = a(bv − u), as in Izhikevich 2003, it "
-        f"settles at {number(b * c, 0)}. Equation 1 has − I where the source has + I: as printed, a drive would "
-        "silence the neuron.",
+        f"u grows by {a * (b * c - c):.2f} every millisecond without bound; with u' = a(bv − u), as in Izhikevich "
+        f"2003, it settles at {number(b * c, 0)}. Equation 1 has − I where the source has + I: as printed, a drive "
+        "would silence the neuron.",
     )
 
 
@@ -96,8 +96,8 @@ def _yardsticks() -> Table:
             earned.append(("perfect beside the target, random elsewhere", exact.beside_the_target()))
         rows += [(name, protocol, hits, 1000 / hits, 100 * hits / ceiling) for name, hits in earned]
     caption = (
-        f"Exact yardsticks of the paper's floor ({paper.CELLS[0]} x {paper.CELLS[1]}, target {paper.TARGET}): no seeds, "
-        "no epochs, solved and not sampled."
+        f"Exact yardsticks of the paper's floor ({paper.CELLS[0]} x {paper.CELLS[1]}, target {paper.TARGET}): no "
+        "seeds, no epochs, solved and not sampled."
     )
     return Table("yardsticks", caption, columns, tuple(rows))
 

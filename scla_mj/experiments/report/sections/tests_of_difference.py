@@ -34,12 +34,11 @@ def difference_table(key: str, what: str, items: Sequence[Evidence], study: Stud
         Column("p (Holm)", 4), Column("Hedges' g", 2), Column("Cliff's δ", 2), Column("seeds"),
     )  # fmt: skip
     exact = "exact" if all(pair.result.exact for pair in pairs) else "exact where 200 000 splits suffice, else sampled"
-    protocols = dict.fromkeys(item.experiment.config.protocol for item in items)
     caption = (
         f"Tests of difference of {what} against its baseline: percentage points of ceiling, over the same epochs of "
         f"both. Two-sided permutation test over seeds ({exact}), adjusted for the {len(pairs)} tests of this table "
-        f"(Holm); effect sizes: Hedges' g (infinite where no seed varies) and Cliff's δ. Protocol "
-        f"{' and '.join(protocols)}; the ceilings stand in the tables above."
+        f"(Holm); effect sizes: Hedges' g (infinite where no seed varies) and Cliff's δ. "
+        f"{parts.setting(*items)}"
     )
     return [Table(f"tests-{key}", caption, columns, tuple(map(_row, pairs, adjusted.tolist())))]
 

@@ -1,0 +1,234 @@
+"""The report over a small OUT whose runs are known: its figures are theirs, and nothing is made up."""
+
+import csv
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from synthetic_out import learning, write_runs
+
+from scla_mj.config import RunConfig
+from scla_mj.errors import SclaError
+from scla_mj.experiments import statistics
+from scla_mj.experiments.campaign import run_folder
+from scla_mj.experiments.catalogue import Experiment, Target, with_settings
+from scla_mj.experiments.report import write_report
+from scla_mj.experiments.report.document import Figure, Table, plain
+from scla_mj.experiments.report.evidence import gather
+from scla_mj.experiments.report.verdicts import judge
+from scla_mj.experiments.report.write import lay_out
+from scla_mj.runs.decisions import read_decisions
+
+COMMAND = "scla-mj reproduce OUT --only 'a & b'"
+BASE = RunConfig(epochs=4, decisions=300, telemetry="off")
+SENSED = with_settings(BASE, protocol="sensed-start")
+JUMP = with_settings(BASE, world={"jump_epoch": 3, "jump_target": (1, 5)})
+FOUR, THREE = (0, 1, 2, 3), (0, 1, 2)
+
+EXPERIMENTS = (
+    Experiment("scla-any", "paper", "SCLA <b>any</b> | start & more", "Does it learn?", BASE, FOUR, "automaton-any", (
+        Target("at least 5 % of | the ceiling", 2, 4, "mean percent of ceiling", 5.0),
+        Target("at most 1 hit", 1, 4, "mean hits per 1000", 0.0, 1.0),
+        Target("needs epoch 9", 9, 9, "mean hits per 1000", 0.0),
+    )),
+    Experiment("scla-sensed", "paper", "SCLA, sensed", "Does the network?", SENSED, FOUR),
+    Experiment("automaton-any", "paper", "automaton", "What alone?", with_settings(BASE, brain="automaton"), FOUR),
+    Experiment("random-any", "comparison", "random", "The floor.", with_settings(BASE, brain="random"), THREE, None,
+               (Target("no seed under 90 %", 1, 4, "worst seed percent of ceiling", 90.0),)),
+    Experiment("jump", "world", "the target jumps", "Without a hint?", JUMP, THREE),
+    Experiment("large", "world", "6x6", "Larger?", with_settings(BASE, grid={"cells": (6, 6)}), (7,)),
+    Experiment("no-rule", "ablation", "no local rule", "Needed?", with_settings(BASE, automaton={"local_rule": False}),
+               THREE, "scla-any"),
+    Experiment("absent", "ablation", "never run", "?", with_settings(BASE, automaton={"reward_rate": 0.1}), THREE,
+               "scla-any", (Target("anything", 1, 4, "mean hits per 1000", 0.0),)),
+    Experiment("killed", "ablation", "killed", "?", with_settings(BASE, automaton={"reward_rate": 0.9}), THREE),
+)  # fmt: skip
+SKILLS = {"automaton-any": 0.2, "random-any": 0.0, "no-rule": 0.6}
+
+
+def fill(out, experiments=EXPERIMENTS):
+    for experiment in experiments:
+        if experiment.name == "killed":
+            write_runs(out, experiment, learning(1.0), decisions=500)
+        elif experiment.name != "absent":
+            fixed = SKILLS.get(experiment.name)
+            write_runs(out, experiment, learning(1.5) if fixed is None else lambda epoch, skill=fixed: skill)
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("out")
+    fill(folder)
+    assert write_report(folder, EXPERIMENTS, command=COMMAND) == folder / "report.html"
+    return folder
+
+
+@pytest.fixture(scope="module")
+def study(out):
+    return gather(out, EXPERIMENTS)
+
+
+def read_csv(out, name):
+    with (out / "csv" / f"{name}.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def hits_by_hand(out, experiment):
+    """Hits per 1000 (seeds, epochs), counted from the tables of decisions."""
+    rows = []
+    for seed in experiment.seeds:
+        table = read_decisions(run_folder(out, experiment, seed))
+        counts = np.bincount(table["epoch"].to_numpy(), table["hit"].to_numpy())[1:]
+        rows.append(1000 * counts / experiment.config.decisions)
+    return np.array(rows)
+
+
+def test_the_learning_curves_are_those_of_the_decisions(out):
+    rows = read_csv(out, "figure-curves-any-start")
+    for experiment in (EXPERIMENTS[0], EXPERIMENTS[2], EXPERIMENTS[3]):
+        hits = hits_by_hand(out, experiment)
+        own = [row for row in rows if row["series"] == experiment.title]
+        assert [int(row["epoch"]) for row in own] == [1, 2, 3, 4]
+        assert [float(row["hits per 1000"]) for row in own] == pytest.approx(hits.mean(axis=0))
+        for row in own:
+            assert float(row["95 % interval low"]) <= float(row["hits per 1000"]) <= float(row["95 % interval high"])
+
+
+def test_the_first_blocks_add_up_to_the_first_epoch(out):
+    rows = [row for row in read_csv(out, "figure-early-any-start") if row["series"] == EXPERIMENTS[0].title]
+    assert [float(row["decision"]) for row in rows[:3]] == [100, 200, 300]
+    first_epoch = hits_by_hand(out, EXPERIMENTS[0])[:, 0].mean()
+    assert np.mean([float(row["hits per 1000"]) for row in rows[:3]]) == pytest.approx(first_epoch)
+
+
+def test_verdicts_say_what_was_reached_missed_and_not_measured(out):
+    rows = read_csv(out, "table-targets")
+    assert [row["verdict"] for row in rows] == ["reached", "missed", "not measured", "missed", "not measured"]
+    percent = hits_by_hand(out, EXPERIMENTS[0])[:, 1:].mean() / 4.0
+    assert float(rows[0]["measured"]) == pytest.approx(percent)
+    assert float(rows[3]["measured"]) == pytest.approx(hits_by_hand(out, EXPERIMENTS[3]).mean(axis=1).min() / 4.0)
+    assert rows[2]["measured"] == rows[4]["measured"] == ""
+
+
+def test_an_interval_that_holds_the_truth_reaches_its_target(study):
+    walk = next(item for item in study.evidence if item.experiment.name == "random-any")
+    mean = walk.hits.mean()
+    for low, reached in ((mean, True), (mean + 500.0, False)):
+        assert judge(walk, Target("", 1, 4, "interval holds", low, low)).reached is reached
+    large = next(item for item in study.evidence if item.experiment.name == "large")
+    assert judge(large, Target("", 1, 4, "interval holds", 0.0, 0.0)).reached is False  # one seed has no interval
+
+
+def test_what_is_missing_or_unfinished_is_named_and_measured_nowhere(out):
+    text = (out / "report.md").read_text(encoding="utf-8")
+    assert "**absent**: 3 seeds (0 to 2): not run" in text
+    assert "**killed**: 3 seeds (0 to 2): unfinished: 500 of 1200 decisions" in text
+    assert [row["ablation"] for row in read_csv(out, "table-ablations-any-start")] == ["no local rule"]
+    assert not [row for row in read_csv(out, "table-tests-ablations") if row["experiment"] in ("never run", "killed")]
+
+
+def test_a_run_with_other_settings_is_not_taken_for_this_one(out):
+    other = dataclasses.replace(
+        EXPERIMENTS[6], config=with_settings(EXPERIMENTS[6].config, automaton={"discount": 0.5})
+    )
+    (evidence,) = gather(out, [other]).evidence
+    assert not evidence.measured
+    assert {gap.reason for gap in evidence.gaps} == {"made with other settings"}
+
+
+def test_the_papers_table_5_stands_beside_ours(out):
+    rows = read_csv(out, "table-table-5")
+    assert [row["paper"] for row in rows[:4]] == ["799", "778", "772", "807"]
+    ours = [float(row["ours, sensed-start"]) for row in rows[:4]]
+    assert ours == pytest.approx(hits_by_hand(out, EXPERIMENTS[1]).mean(axis=0))
+    assert float(rows[4]["paper"]) == pytest.approx((799 + 778 + 772 + 807) / 4)
+    assert float(rows[4]["ours, any-start"]) == pytest.approx(hits_by_hand(out, EXPERIMENTS[0]).mean())
+    assert (rows[5]["epoch"], rows[5]["ours, sensed-start"], rows[5]["ours, any-start"]) == (
+        "ceiling",
+        "1000.0",
+        "400.0",
+    )
+
+
+def test_the_jump_is_set_beside_the_new_ceiling(out):
+    rows = read_csv(out, "table-jump-jump")
+    assert [(row["epoch"], float(row["ceiling"])) for row in rows] == [("2", 400.0), ("3", 240.0), ("4", 240.0)]
+    hits = hits_by_hand(out, EXPERIMENTS[4]).mean(axis=0)
+    assert [float(row["% of ceiling"]) for row in rows] == pytest.approx(100 * hits[1:] / [400, 240, 240])
+
+
+def test_a_test_of_difference_is_over_the_same_epochs_of_both(out):
+    first, settled = read_csv(out, "table-tests-ablations")
+    assert (first["epochs"], settled["epochs"], settled["seeds"]) == ("1", "2–4", "3, 4")
+    ablation, baseline = (hits_by_hand(out, EXPERIMENTS[index]) / 4.0 for index in (6, 0))
+    difference = ablation[:, 1:].mean() - baseline[:, 1:].mean()
+    assert float(settled["difference"]) == pytest.approx(difference)
+    g = statistics.hedges_g(ablation[:, 1:].mean(axis=1), baseline[:, 1:].mean(axis=1))
+    assert float(settled["Hedges' g"]) == pytest.approx(g)
+    assert float(settled["p"]) >= 2 / 35  # three seeds and four split in 35 ways
+
+
+def test_figure_3_shows_eight_connections_at_every_epoch(out):
+    rows = read_csv(out, "figure-weights-any-start")
+    assert len(rows) == 8 * 4
+    agreeing = [float(row["mean weight (mV)"]) for row in rows if row["series"] == "SU → MU"]
+    seeds = 0.01 * np.mean(FOUR)
+    assert agreeing == pytest.approx([1.0 + 2.9 * learning(1.5)(epoch) + seeds for epoch in (1, 2, 3, 4)])
+
+
+def test_a_policys_rows_are_distributions_of_the_open_cells(out):
+    rows = [row for row in read_csv(out, "figure-policies") if row["experiment"] == EXPERIMENTS[0].title]
+    assert len(rows) == 24
+    for row in rows:
+        assert sum(float(row[name]) for name in ("up", "down", "left", "right")) == pytest.approx(1.0)
+        assert float(row["nearer"]) > 0.9
+
+
+def test_the_errata_are_computed_and_come_out_as_the_contract_has_them(out):
+    text = (out / "report.md").read_text(encoding="utf-8")
+    for said in ("784.2 hits cannot be any-start", "115 hits are 115.38", "8.67", "Table 5 averages 786.05",
+                 "from 750 to 811", "18.5", "no policy earns more than 400"):  # fmt: skip
+        assert said in text
+    yardsticks = {
+        (row["policy"], row["protocol"]): float(row["hits per 1000"]) for row in read_csv(out, "table-yardsticks")
+    }
+    assert yardsticks["random walk, a bump stays", "any-start"] == pytest.approx(31.58, abs=0.005)
+    assert yardsticks["random walk, a bump stays", "sensed-start"] == pytest.approx(1000 / 24)
+    floors = [round(float(row["ceiling, any-start"]), 2) for row in read_csv(out, "table-floors")]
+    assert floors == [400.0, 240.0, 282.35, 285.71]
+
+
+def test_every_caption_of_results_names_protocol_ceiling_seeds_and_epochs(study):
+    setting = re.compile(
+        r"Protocol \S+-start.*; ceiling [\d.]+.* hits per 1000 .*; \d+ seeds?.*; \d+.* epochs of 300 decis"
+    )
+    captions = {b.key: plain(b.caption) for b in lay_out(study, COMMAND).blocks() if isinstance(b, Table | Figure)}
+    general = {"targets", "yardsticks", "floors", "experiments", "settings", "versions"}
+    assert len(captions) > len(general) + 12
+    assert {key for key, caption in captions.items() if not setting.search(caption)} == general
+
+
+def test_the_same_runs_give_the_same_report(tmp_path):
+    fill(tmp_path, EXPERIMENTS[1:2])
+    reports = []
+    for _ in range(2):
+        write_report(tmp_path, EXPERIMENTS[1:2], command=COMMAND)
+        files = [tmp_path / "report.html", *(tmp_path / "csv").iterdir(), *(tmp_path / "figures").iterdir()]
+        reports.append({path.name: path.read_bytes() for path in files})
+    assert reports[0] == reports[1]
+
+
+def test_an_empty_out_makes_a_report_of_gaps_and_errata_alone(tmp_path):
+    write_report(tmp_path / "new", EXPERIMENTS, command=COMMAND)
+    text = (tmp_path / "new" / "report.md").read_text(encoding="utf-8")
+    assert "**0 of 5 targets reached**, 0 missed, 5 could not be judged" in text
+    assert text.count("not run") == len(EXPERIMENTS)
+    assert "115 hits are 115.38" in text
+    assert not list((tmp_path / "new" / "figures").iterdir())
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(SclaError, match="cannot write the report"):
+        write_report(tmp_path / "file", (), command=COMMAND)
