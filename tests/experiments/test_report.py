@@ -16,6 +16,7 @@ from scla_mj.experiments.catalogue import Experiment, Target, with_settings
 from scla_mj.experiments.report import write_report
 from scla_mj.experiments.report.document import Figure, Table, plain
 from scla_mj.experiments.report.evidence import gather
+from scla_mj.experiments.report.sections.tests_of_difference import pairs_of
 from scla_mj.experiments.report.verdicts import judge
 from scla_mj.experiments.report.write import lay_out
 from scla_mj.runs.decisions import read_decisions
@@ -128,6 +129,13 @@ def test_what_is_missing_or_unfinished_is_named_and_measured_nowhere(out):
     assert not [row for row in read_csv(out, "table-tests-ablations") if row["experiment"] in ("never run", "killed")]
 
 
+def test_a_target_is_not_judged_while_a_seed_is_missing(out):
+    more = dataclasses.replace(EXPERIMENTS[0], seeds=(*FOUR, 4))
+    (evidence,) = gather(out, [more]).evidence
+    assert (evidence.seeds, [gap.seed for gap in evidence.gaps]) == (FOUR, [4])
+    assert judge(evidence, more.targets[0]).reached is None
+
+
 def test_a_run_with_other_settings_is_not_taken_for_this_one(out):
     other = dataclasses.replace(
         EXPERIMENTS[6], config=with_settings(EXPERIMENTS[6].config, automaton={"discount": 0.5})
@@ -167,6 +175,13 @@ def test_a_test_of_difference_is_over_the_same_epochs_of_both(out):
     g = statistics.hedges_g(ablation[:, 1:].mean(axis=1), baseline[:, 1:].mean(axis=1))
     assert float(settled["Hedges' g"]) == pytest.approx(g)
     assert float(settled["p"]) >= 2 / 35  # three seeds and four split in 35 ways
+
+
+def test_a_shorter_baseline_sets_the_span(study, tmp_path):
+    brief = dataclasses.replace(EXPERIMENTS[3], config=with_settings(EXPERIMENTS[3].config, epochs=2))
+    fill(tmp_path, [brief])
+    (baseline,) = gather(tmp_path, [brief]).evidence
+    assert [(pair.first, pair.last) for pair in pairs_of(study.evidence[0], baseline)] == [(1, 1), (1, 2)]
 
 
 def test_figure_3_shows_eight_connections_at_every_epoch(out):
@@ -210,10 +225,10 @@ def test_every_caption_of_results_names_protocol_ceiling_seeds_and_epochs(study)
 
 
 def test_the_same_runs_give_the_same_report(tmp_path):
-    fill(tmp_path, EXPERIMENTS[1:2])
+    fill(tmp_path, EXPERIMENTS[3:4])
     reports = []
     for _ in range(2):
-        write_report(tmp_path, EXPERIMENTS[1:2], command=COMMAND)
+        write_report(tmp_path, EXPERIMENTS[3:4], command=COMMAND)
         files = [tmp_path / "report.html", *(tmp_path / "csv").iterdir(), *(tmp_path / "figures").iterdir()]
         reports.append({path.name: path.read_bytes() for path in files})
     assert reports[0] == reports[1]

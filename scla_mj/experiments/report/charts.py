@@ -76,6 +76,7 @@ def save(chart: Figure, file: IO[Any] | str, *, kind: Literal["svg", "png"], sal
     none = dict.fromkeys(("Date", "Creator", "Format", "Type")) if kind == "svg" else {"Software": None}
     with mpl.rc_context({**_STYLE, "svg.hashsalt": salt}):
         chart.savefig(file, format=kind, dpi=DPI, transparent=kind == "svg", metadata=none)
+    chart.set_layout_engine("none")  # laid out once: the next file need not do it again
 
 
 @contextmanager
