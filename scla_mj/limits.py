@@ -16,7 +16,7 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     "epochs": (1, math.inf),
     "decisions": (1, math.inf),
     "seed": (0, math.inf),
-    "cell-size-m": (0.25, 10.0),
+    "cell-size-m": (0.27, 10.0),  # turning in place sweeps a circle of 0.133 m about the axle
     "world.direction-noise": (0.0, 0.75),  # at 3/4 a decision says nothing about the direction any more
     "world.jump-epoch": (0, math.inf),
     "clock.neural-step-ms": (_TINY, 1.0),

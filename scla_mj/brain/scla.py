@@ -69,12 +69,13 @@ class SclaBrain(Brain):
 
     def learn(self, feedback: Feedback) -> None:
         """Release dopamine for a sensed target, and pass the network's signal on to the automata."""
+        astray = feedback.executed != feedback.action
         if self._config.automaton.credit == "executed":
             feedback = feedback._replace(action=feedback.executed)
         if feedback.outcome is not Outcome.FAILED:
             self._release_dopamine(feedback)
         self._path.add(feedback)
-        self._signal_automata(feedback)
+        self._signal_automata(feedback, punish=not astray)
 
     def activity(self) -> Activity:
         """Return the spikes of the thinking window and of the drive."""
@@ -110,16 +111,17 @@ class SclaBrain(Brain):
         delay_steps = round(plasticity.dopamine_delay_s * 1000.0 / self._clock.neural_step_ms)
         self.network.release_dopamine(plasticity.dopamine_release * modulation, delay_steps=delay_steps)
 
-    def _signal_automata(self, feedback: Feedback) -> None:
+    def _signal_automata(self, feedback: Feedback, *, punish: bool) -> None:
+        """Pass on good and bad; an automaton is not punished for a direction that it did not choose."""
         config, cell, action = self._config.automaton, feedback.before.cell, feedback.action
         judgement = self.states.judge(feedback) if config.local_rule else 0
         if feedback.outcome is Outcome.BLOCKED:
-            if config.bump_penalty:
+            if config.bump_penalty and punish:
                 self.automata.penalise(cell, action)
         elif feedback.outcome is Outcome.MOVED:
             if judgement > 0:
                 self.automata.reward(cell, action)
-            elif judgement < 0:
+            elif judgement < 0 and punish:
                 self.automata.penalise(cell, action)
         if feedback.hit:
             self._reward_path()

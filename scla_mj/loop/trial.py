@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scla_mj.errors import SclaError
 from scla_mj.sense.target_sensor import TargetSensor
 from scla_mj.signals import DecisionRecord, Feedback, Percept
 
@@ -62,6 +63,8 @@ class Trial:
         executed = self._noise.execute(chosen.action)
         move = self._driver.drive(executed, percept.cell)
         self.brain.elapse(move.duration_s)
+        if not move.fallen:
+            self._refuse_faults()
         now = self._sense()
         hit = now.cell == self._grid.target
         self.brain.learn(Feedback(percept, chosen.action, executed, move.outcome, now, hit))
@@ -82,6 +85,14 @@ class Trial:
     def _sense(self) -> Percept:
         pose = self.world.pose()
         return self._sensor.sense(pose.x_m, pose.y_m)
+
+    def _refuse_faults(self) -> None:
+        """Stop at once where MuJoCo warned or reset itself: what it computed since then is not to be trusted."""
+        faults = self.world.faults()
+        if faults:
+            raise SclaError(
+                f"the physics went wrong at {self.time_s:.2f} s: {'; '.join(faults)}; use a smaller physics step"
+            )
 
     def _respawn(self) -> None:
         """Put the robot into a start cell, facing one of the four directions: the one teleport there is."""

@@ -1,0 +1,98 @@
+"""The paper's own part, and the brains that SCLA is compared with."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from scla_mj.experiments.catalogue.experiment import (
+    FIVE_SEEDS,
+    FULL,
+    FULL_SENSED,
+    MEDIUM,
+    MEDIUM_SENSED,
+    TEN_SEEDS,
+    WORLD_EPOCHS,
+    Experiment,
+    Target,
+    with_settings,
+)
+
+# The exact figures come from scla_mj.markov (tests/test_markov.py): the paper's grid, any start, and sensed start.
+_RANDOM_ANY: Final = 31.58
+_RANDOM_SENSED: Final = 41.67
+_BESIDE_TARGET: Final = 115.38
+
+
+def _holds(value: float, first: int, last: int) -> Target:
+    return Target(f"{value} inside the 95 % interval", first, last, "interval holds", value, value)
+
+
+PAPER: Final = (
+    Experiment(
+        "scla-any-start", "paper", "SCLA, any-start", "Does SCLA find the shortest paths from everywhere?",
+        FULL, TEN_SEEDS, "automaton-any-start",
+        (
+            Target("at least 98.5 % of the ceiling on average", 11, 30, "mean percent of ceiling", 98.5),
+            Target("no seed under 97 % of the ceiling", 11, 30, "worst seed percent of ceiling", 97.0),
+            Target("the first 1000 decisions at least 319", 1, 1, "mean hits per 1000", 319.0),
+        ),
+    ),
+    Experiment(
+        "scla-sensed-start", "paper", "SCLA, sensed-start",
+        "Does the network learn to move where the target is sensed?",
+        FULL_SENSED, TEN_SEEDS, "automaton-sensed-start",
+        (
+            Target("at least 970 in epoch 1 (paper: 784.2 on average)", 1, 1, "mean hits per 1000", 970.0),
+            Target("at least 998 from epoch 2", 2, 30, "mean hits per 1000", 998.0),
+        ),
+    ),
+    Experiment(
+        "automaton-any-start", "paper", "automaton alone, any-start",
+        "What do automata learn when only the move into the target is rewarded (paper: 115)?",
+        with_settings(FULL, brain="automaton"), TEN_SEEDS, "random-any-start",
+        (
+            _holds(_BESIDE_TARGET, 11, 20),
+            Target("within 6 of 115.38", 11, 20, "mean hits per 1000", _BESIDE_TARGET - 6, _BESIDE_TARGET + 6),
+        ),
+    ),
+    Experiment(
+        "automaton-sensed-start", "paper", "automaton alone, sensed-start",
+        "And where it always starts beside the target?",
+        with_settings(FULL_SENSED, brain="automaton"), TEN_SEEDS, "random-sensed-start",
+    ),
+)  # fmt: skip
+
+COMPARISON: Final = (
+    Experiment(
+        "network-any-start", "comparison", "network alone, any-start",
+        "What is the network worth without automata? Exactly the four cells beside the target.",
+        with_settings(FULL, brain="network"), TEN_SEEDS, "random-any-start", (_holds(_BESIDE_TARGET, 11, 30),),
+    ),
+    Experiment(
+        "random-any-start", "comparison", "random walk, any-start", "The floor of the scale.",
+        with_settings(MEDIUM, brain="random"), TEN_SEEDS, None, (_holds(_RANDOM_ANY, 1, WORLD_EPOCHS),),
+    ),
+    Experiment(
+        "random-sensed-start", "comparison", "random walk, sensed-start", "The floor of the other scale.",
+        with_settings(MEDIUM_SENSED, brain="random"), TEN_SEEDS, None, (_holds(_RANDOM_SENSED, 1, WORLD_EPOCHS),),
+    ),
+    Experiment(
+        "q-learning-any-start", "comparison", "Q-learning, optimistic and greedy, any-start",
+        "How does tabular Q-learning at its best compare?",
+        with_settings(MEDIUM, brain="q-learning"), TEN_SEEDS, "scla-any-start",
+    ),
+    Experiment(
+        "q-learning-epsilon-any-start", "comparison", "Q-learning, 0.1-greedy from zero, any-start",
+        "And as it is usually written down?",
+        with_settings(MEDIUM, brain="q-learning", q_learning={"initial_value": 0.0, "epsilon": 0.1}), TEN_SEEDS,
+        "scla-any-start",
+    ),
+    Experiment(
+        "shortest-path-any-start", "comparison", "shortest path, any-start", "The ceiling, driven.",
+        with_settings(MEDIUM, brain="shortest-path"), FIVE_SEEDS,
+    ),
+    Experiment(
+        "shortest-path-sensed-start", "comparison", "shortest path, sensed-start", "The other ceiling, driven.",
+        with_settings(MEDIUM_SENSED, brain="shortest-path"), FIVE_SEEDS,
+    ),
+)  # fmt: skip

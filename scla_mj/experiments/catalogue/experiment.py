@@ -1,0 +1,67 @@
+"""What an experiment is: a configuration, its seeds, and what must come out of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, Final, Literal, NamedTuple
+
+from scla_mj.config import RunConfig
+
+Group = Literal["paper", "comparison", "world", "ablation"]
+Statistic = Literal["mean hits per 1000", "mean percent of ceiling", "worst seed percent of ceiling", "interval holds"]
+
+PAPER_EPOCHS: Final = 30
+TEN_SEEDS: Final = tuple(range(10))
+FIVE_SEEDS: Final = tuple(range(5))
+ABLATION_EPOCHS: Final = 5
+WORLD_EPOCHS: Final = 14
+GRID_EPOCHS: Final = 10
+JUMP_EPOCH: Final = 11
+
+
+class Target(NamedTuple):
+    """What a result must reach over epochs `first_epoch` to `last_epoch`.
+
+    The statistic is the mean over seeds of hits per 1000 decisions or of the percent of ceiling, or the worst seed's;
+    it must lie in [low, high]. For "interval holds" the 95 % interval of the mean hits per 1000 must hold low (=
+    high).
+    """
+
+    text: str
+    first_epoch: int
+    last_epoch: int
+    statistic: Statistic
+    low: float
+    high: float = float("inf")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One row of the report; `config.seed` is replaced by each of `seeds`."""
+
+    name: str
+    group: Group
+    title: str
+    question: str
+    config: RunConfig
+    seeds: tuple[int, ...]
+    baseline: str | None = None
+    targets: tuple[Target, ...] = ()
+
+
+def with_settings(config: RunConfig, **settings: Any) -> RunConfig:
+    """Return the configuration with some settings replaced; a section's fields are given as a dict under its name."""
+    replaced = {
+        name: dataclasses.replace(getattr(config, name), **value) if isinstance(value, dict) else value
+        for name, value in settings.items()
+    }
+    return dataclasses.replace(config, **replaced)
+
+
+FULL: Final = RunConfig(epochs=PAPER_EPOCHS, telemetry="off")
+FULL_SENSED: Final = with_settings(FULL, protocol="sensed-start")
+MEDIUM: Final = with_settings(FULL, epochs=WORLD_EPOCHS)
+MEDIUM_SENSED: Final = with_settings(MEDIUM, protocol="sensed-start")
+SHORT: Final = with_settings(FULL, epochs=ABLATION_EPOCHS)
+SHORT_SENSED: Final = with_settings(SHORT, protocol="sensed-start")
