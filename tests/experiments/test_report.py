@@ -12,7 +12,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.catalogue import Experiment, Target, with_settings
+from scla_mj.experiments.catalogue.experiment import Experiment, Target, with_settings
 from scla_mj.experiments.report import write_report
 from scla_mj.experiments.report.document import Figure, Table, plain
 from scla_mj.experiments.report.evidence import gather
@@ -43,9 +43,12 @@ EXPERIMENTS = (
                THREE, "scla-any"),
     Experiment("absent", "ablation", "never run", "?", with_settings(BASE, automaton={"reward_rate": 0.1}), THREE,
                "scla-any", (Target("anything", 1, 4, "mean hits per 1000", 0.0),)),
+    Experiment("scalar", "ablation", "one dopamine", "Enough?", with_settings(SENSED, plasticity={"modulation": "scalar"}),
+               THREE, "scla-sensed"),
+    Experiment("noisy", "world", "p = 0.3", "Astray?", with_settings(BASE, world={"direction_noise": 0.3}), THREE),
     Experiment("killed", "ablation", "killed", "?", with_settings(BASE, automaton={"reward_rate": 0.9}), THREE),
 )  # fmt: skip
-SKILLS = {"automaton-any": 0.2, "random-any": 0.0, "no-rule": 0.6}
+SKILLS = {"automaton-any": 0.2, "random-any": 0.0, "no-rule": 0.6, "noisy": 1.0}
 
 
 def fill(out, experiments=EXPERIMENTS):
@@ -167,7 +170,8 @@ def test_the_jump_is_set_beside_the_new_ceiling(out):
 
 
 def test_a_test_of_difference_is_over_the_same_epochs_of_both(out):
-    first, settled = read_csv(out, "table-tests-ablations")
+    rows = read_csv(out, "table-tests-ablations")
+    first, settled = (row for row in rows if row["experiment"] == "no local rule")
     assert (first["epochs"], settled["epochs"], settled["seeds"]) == ("1", "2–4", "3, 4")
     ablation, baseline = (hits_by_hand(out, EXPERIMENTS[index]) / 4.0 for index in (6, 0))
     difference = ablation[:, 1:].mean() - baseline[:, 1:].mean()
@@ -185,11 +189,33 @@ def test_a_shorter_baseline_sets_the_span(study, tmp_path):
 
 
 def test_figure_3_shows_eight_connections_at_every_epoch(out):
-    rows = read_csv(out, "figure-weights-any-start")
+    rows = read_csv(out, "figure-weights-scla-any")
     assert len(rows) == 8 * 4
     agreeing = [float(row["mean weight (mV)"]) for row in rows if row["series"] == "SU → MU"]
     seeds = 0.01 * np.mean(FOUR)
     assert agreeing == pytest.approx([1.0 + 2.9 * learning(1.5)(epoch) + seeds for epoch in (1, 2, 3, 4)])
+
+
+def test_one_scalar_dopamine_is_shown_beside_the_signed_one(out):
+    text = (out / "report.md").read_text(encoding="utf-8")
+    end = learning(1.5)(4)
+    for title, seeds in (("one dopamine", THREE), ("SCLA, sensed", FOUR)):
+        drawn = (
+            0.01 * np.mean(seeds) + 0.02 * np.mean([0, 3, 4, 6]),
+            0.01 * np.mean(seeds) + 0.02 * np.mean([1, 2, 5, 7]),
+        )
+        agreeing, opposite = 1.0 + 2.9 * end + drawn[0], 1.0 - 0.7 * end + drawn[1]
+        said = re.search(rf"{title}: agreeing weights end at ([\d.]+) .* opposite ones at ([\d.]+) ", text)
+        assert [float(value) for value in said.groups()] == pytest.approx([agreeing, opposite], abs=0.006)
+    assert len(read_csv(out, "figure-weights-scalar")) == 8 * 4
+
+
+def test_a_floor_that_leads_astray_has_the_ceiling_of_its_own_mdp(out):
+    (row,) = (row for row in read_csv(out, "table-worlds") if row["world"] == "p = 0.3")
+    assert 31.58 < float(row["ceiling"]) < 0.7 * 400
+    percent = 100 * hits_by_hand(out, next(e for e in EXPERIMENTS if e.name == "noisy"))[:, 1:] / float(row["ceiling"])
+    assert float(row["settled, %"]) == pytest.approx(percent.mean())
+    assert float(row["worst seed, %"]) == pytest.approx(percent.mean(axis=1).min())
 
 
 def test_a_policys_rows_are_distributions_of_the_open_cells(out):

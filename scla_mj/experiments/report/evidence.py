@@ -16,7 +16,7 @@ from scla_mj.anatomy import PROJECTIONS
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.catalogue import Experiment
+from scla_mj.experiments.catalogue.experiment import Experiment
 from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions

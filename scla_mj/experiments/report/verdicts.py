@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from scla_mj.experiments.catalogue import Target
+from scla_mj.experiments.catalogue.experiment import Target
 from scla_mj.experiments.report.document import Interval
 from scla_mj.experiments.report.evidence import Evidence, estimate
 from scla_mj.experiments.statistics import span_means

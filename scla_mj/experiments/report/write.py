@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scla_mj.errors import SclaError
-from scla_mj.experiments.catalogue import Experiment
+from scla_mj.experiments.catalogue.experiment import Experiment
 from scla_mj.experiments.report import charts, names
 from scla_mj.experiments.report.cells import write_csv
 from scla_mj.experiments.report.document import Document, Figure, Table

@@ -10,6 +10,7 @@ from scla_mj.experiments.report.document import Block, Cell, Column, Figure, Int
 from scla_mj.experiments.report.evidence import Evidence, Study, estimate
 from scla_mj.experiments.report.sections import parts
 from scla_mj.experiments.report.sections.tests_of_difference import difference_table
+from scla_mj.experiments.report.sections.weights_figure import final_weights, weights_figure
 from scla_mj.grid import PROTOCOLS
 
 
@@ -23,7 +24,21 @@ def ablations(study: Study) -> Section:
         own = [item for item in items if item.experiment.config.protocol == protocol]
         if own:
             blocks += [_table(own, protocol), _dots(own, protocol, study)]
+    scalar = [item for item in items if item.experiment.config.plasticity.modulation == "scalar"]
+    blocks += [block for item in scalar if item.weights is not None for block in _scalar(item, study)]
     return Section("ablations", "Ablations", (*blocks, *difference_table("ablations", "each ablation", items, study)))
+
+
+def _scalar(item: Evidence, study: Study) -> tuple[Block, ...]:
+    """Show what one signal for all connections does to them, beside the signed one."""
+    baseline = study.named(item.experiment.baseline)
+    sentences = [_weights_sentence(each) for each in (item, baseline) if each is not None and each.weights is not None]
+    return Paragraph(" ".join(sentences)), weights_figure(item, f"{item.experiment.title}: ")
+
+
+def _weights_sentence(item: Evidence) -> str:
+    agreeing, opposite = (parts.mean_with_interval(weights, 2) for weights in final_weights(item))
+    return f"{item.experiment.title}: agreeing weights end at {agreeing} mV, opposite ones at {opposite} mV."
 
 
 def _table(items: list[Evidence], protocol: str) -> Table:

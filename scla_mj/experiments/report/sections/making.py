@@ -56,8 +56,12 @@ def _experiments(study: Study) -> Table:
         "protocol is among the settings; its ceiling stands in the tables above."
     )
     rows = [_experiment(item) for item in study.evidence]
-    costs = np.array([row[4:] for row in rows], dtype=np.float64).reshape(-1, 4).sum(axis=0).tolist()
-    rows.append(("all", None, None, None, *costs))
+    groups = [item.experiment.group for item in study.evidence]
+    costs = np.array([row[4:] for row in rows], dtype=np.float64).reshape(-1, 4)
+    for group in dict.fromkeys(groups):
+        own = np.array([name == group for name in groups])
+        rows.append((f"all of group {group}", None, None, None, *costs[own].sum(axis=0).tolist()))
+    rows.append(("all", None, None, None, *costs.sum(axis=0).tolist()))
     return Table("experiments", caption, columns, tuple(rows))
 
 

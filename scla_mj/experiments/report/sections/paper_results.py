@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from scla_mj.anatomy import PROJECTIONS
 from scla_mj.experiments import statistics
-from scla_mj.experiments.report import charts, paper
-from scla_mj.experiments.report.document import Block, Cell, Column, Figure, Paragraph, Section, Table
-from scla_mj.experiments.report.evidence import Evidence, Study, generator
+from scla_mj.experiments.report import paper
+from scla_mj.experiments.report.document import Block, Cell, Column, Paragraph, Section, Table
+from scla_mj.experiments.report.evidence import Evidence, Study
 from scla_mj.experiments.report.sections import parts
 from scla_mj.experiments.report.sections.exact import beside_the_target
+from scla_mj.experiments.report.sections.weights_figure import weights_figure
 
 
 def paper_results(study: Study) -> Section:
@@ -23,7 +23,7 @@ def paper_results(study: Study) -> Section:
     automaton = study.of_brain("automaton", "any-start")
     if automaton is not None:
         blocks.append(_automaton(automaton))
-    blocks += [_figure_3(item) for item in present if item.weights is not None]
+    blocks += [weights_figure(item, "The paper's Figure 3: ") for item in present if item.weights is not None]
     if not blocks:
         blocks = [Paragraph("None of the paper's own experiments is among the runs.")]
     return Section("paper", "The paper beside ours", tuple(blocks))
@@ -84,30 +84,3 @@ def _automaton(item: Evidence) -> Table:
         f"The cellular learning automaton alone, rewarded only for the move into the target. {parts.setting(item)}"
     )
     return Table("automaton", caption, columns, tuple(rows))
-
-
-def _figure_3(item: Evidence) -> Figure:
-    weights = item.weights
-    assert weights is not None
-    curve = statistics.learning_curve(weights, rng=generator())
-    lines: list[charts.Line] = []
-    warm, cool = iter(charts.WARM), iter(charts.COOL)
-    for index, projection in enumerate(PROJECTIONS):
-        colour = next(warm if projection.agrees else cool)
-        own = statistics.Curve(*(values[:, index] for values in curve))
-        dash = charts.DASHES[index // 2]
-        lines.append(charts.Line(projection.name.replace("to", " → "), colour, dash, parts.epoch_numbers(item), own))
-    config = item.experiment.config
-    chart = charts.weights(
-        [line for line, projection in zip(lines, PROJECTIONS, strict=True) if projection.agrees],
-        [line for line, projection in zip(lines, PROJECTIONS, strict=True) if not projection.agrees],
-        weight_max=config.network.weight_max,
-    )
-    low, high = config.network.weight_low, config.network.weight_high
-    caption = (
-        "The paper's Figure 3: the eight connections at the end of each epoch, mean of all synapses, with the "
-        f"{parts.INTERVAL} over seeds as a band. Dotted: the clip at {config.network.weight_max:g} mV. Before the "
-        f"first epoch all are uniform in {low:g} to {high:g}. {parts.setting(item)}"
-    )
-    key, columns = f"weights-{config.protocol}", parts.line_columns("mean weight (mV)")
-    return Figure(key, caption, chart, columns, parts.line_rows(lines))

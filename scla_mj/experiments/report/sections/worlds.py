@@ -20,8 +20,9 @@ def worlds(study: Study) -> Section:
     jumping = [item for item in items if _jump(item)]
     blocks += [block for item in jumping for block in (_jump_curve(item), _jump_table(item))]
     still = [item for item in items if not _jump(item)]
-    if still:
-        blocks.append(_curves(still))
+    uneasy = [item for item in still if _is_uneasy(item)]
+    others = [item for item in still if not _is_uneasy(item)]
+    blocks += [_curves(*part) for part in (("uneasy", uneasy), ("floors", others)) if part[1]]
     return Section("worlds", "Other worlds", tuple(blocks))
 
 
@@ -94,7 +95,13 @@ def _jump_table(item: Evidence) -> Table:
     return Table(f"jump-{item.experiment.name}", caption, columns, tuple(rows))
 
 
-def _curves(items: list[Evidence]) -> Figure:
+def _is_uneasy(item: Evidence) -> bool:
+    """Whether moves go astray or cells are closed; the other worlds differ by their size and target alone."""
+    config = item.experiment.config
+    return bool(config.world.direction_noise or config.grid.closed_cells)
+
+
+def _curves(key: str, items: list[Evidence]) -> Figure:
     lines = [parts.hits_line(item, item.experiment.title, index, percent=True) for index, item in enumerate(items)]
     x = np.arange(1.0, 1.0 + max(item.epochs for item in items))
     level = charts.Level("ceiling", np.full(len(x), 100.0), x)
@@ -103,4 +110,4 @@ def _curves(items: list[Evidence]) -> Figure:
         f"Learning curves of the other worlds in percent of each one's ceiling; band: {parts.INTERVAL}. "
         f"{parts.setting(*items)}"
     )
-    return Figure("curves-worlds", caption, chart, parts.line_columns("percent of ceiling"), parts.line_rows(lines))
+    return Figure(f"curves-{key}", caption, chart, parts.line_columns("percent of ceiling"), parts.line_rows(lines))
