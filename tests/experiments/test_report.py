@@ -43,8 +43,8 @@ EXPERIMENTS = (
                THREE, "scla-any"),
     Experiment("absent", "ablation", "never run", "?", with_settings(BASE, automaton={"reward_rate": 0.1}), THREE,
                "scla-any", (Target("anything", 1, 4, "mean hits per 1000", 0.0),)),
-    Experiment("scalar", "ablation", "one dopamine", "Enough?", with_settings(SENSED, plasticity={"modulation": "scalar"}),
-               THREE, "scla-sensed"),
+    Experiment("scalar", "ablation", "one dopamine", "Enough?",
+               with_settings(SENSED, plasticity={"modulation": "scalar"}), THREE, "scla-sensed"),
     Experiment("noisy", "world", "p = 0.3", "Astray?", with_settings(BASE, world={"direction_noise": 0.3}), THREE),
     Experiment("killed", "ablation", "killed", "?", with_settings(BASE, automaton={"reward_rate": 0.9}), THREE),
 )  # fmt: skip
