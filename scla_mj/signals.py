@@ -45,7 +45,8 @@ class Move(NamedTuple):
     """What the body did with one decision, from its physical pose.
 
     `trajectory` has a row a control period and the columns of `TRAJECTORY_COLUMNS`; `time_s` counts from the run's
-    start. `duration_s` is the drive alone, without the thinking window. `fallen` says that the robot cannot drive on from where it lies.
+    start. `duration_s` is the drive alone, without the thinking window. `fallen` says that the robot cannot drive on
+    from where it lies.
     """
 
     outcome: Outcome

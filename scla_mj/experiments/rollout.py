@@ -7,7 +7,7 @@ import time
 import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from scla_mj import paths
 from scla_mj.experiments.assemble import build_trial
@@ -16,13 +16,16 @@ from scla_mj.runs import folder
 from scla_mj.runs.brain import write_brain
 from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.history import WeightHistory
-from scla_mj.runs.summary import EpochSummary, Summary, Tally, write_summary
+from scla_mj.runs.summary import EpochSummary, Summary, Tally, epoch_ceiling_hits_per_1000, write_summary
 
 if TYPE_CHECKING:
     from scla_mj.config import RunConfig
     from scla_mj.loop.trial import Trial
     from scla_mj.signals import DecisionRecord, Snapshot
     from scla_mj.telemetry.recording import RerunRecorder
+
+_PROBABILITIES_EVERY: Final = 25
+"""Decisions between two pictures of the policy: it is seen to change, for some hundred bytes a decision."""
 
 Watch = Callable[["DecisionRecord", EpochSummary], None]
 
@@ -47,7 +50,7 @@ def rollout(config: RunConfig, path: Path, *, watch: Watch | None = None, pictur
                 tally.add(record)
                 history.add(record)
                 if recorder is not None:
-                    recorder.write(record, snapshot)
+                    _record(recorder, config, record, snapshot)
                 if watch is not None:
                     watch(record, tally.epoch(record.epoch))
     finally:
@@ -58,15 +61,30 @@ def rollout(config: RunConfig, path: Path, *, watch: Watch | None = None, pictur
     return summary
 
 
+def _record(recorder: RerunRecorder, config: RunConfig, record: DecisionRecord, snapshot: Snapshot | None) -> None:
+    if record.decision == 1 and record.epoch == config.world.jump_epoch:
+        ceiling = epoch_ceiling_hits_per_1000(config, record.epoch)
+        recorder.move_target(config.build_grid(record.epoch), ceiling_hits_per_1000=ceiling)
+    recorder.write(record, snapshot)
+
+
 def _decisions(config: RunConfig, trial: Trial) -> Iterator[tuple[DecisionRecord, Snapshot | None]]:
-    """Every decision of the run, with the brain's memory after the first one and after each epoch."""
+    """Every decision of the run, with the brain's memory where the recording keeps it."""
     for epoch in range(1, config.epochs + 1):
         if epoch == config.world.jump_epoch:
             trial.move_target(config.build_grid(epoch))
         for decision in range(1, config.decisions + 1):
             record = trial.step(epoch=epoch, decision=decision)
-            remember = decision == config.decisions or (epoch == 1 and decision == 1)
-            yield record, trial.brain.snapshot() if remember and config.telemetry != "off" else None
+            yield record, None if config.telemetry == "off" else _memory(config, trial, record)
+
+
+def _memory(config: RunConfig, trial: Trial, record: DecisionRecord) -> Snapshot | None:
+    """The whole memory after the first decision and each epoch; in between the probabilities, which are small."""
+    if record.decision == config.decisions or (record.epoch == 1 and record.decision == 1):
+        return trial.brain.snapshot()
+    if record.decision % _PROBABILITIES_EVERY == 0:
+        return trial.brain.snapshot()._replace(weights=None)
+    return None
 
 
 @contextlib.contextmanager
@@ -84,6 +102,7 @@ def _recorder(config: RunConfig, path: Path, trial: Trial) -> Iterator[RerunReco
         model=trial.world.model,
         run_id=uuid.uuid4().hex,
         protocol=config.protocol,
+        ceiling_hits_per_1000=epoch_ceiling_hits_per_1000(config, 1),
         weight_max=config.network.weight_max,
         metadata={"seed": config.seed},
     )

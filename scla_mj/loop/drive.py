@@ -65,6 +65,15 @@ def _sense_motion(body: Body, touched: bool) -> tuple[Motion, float]:
     return Motion(body.qpos[0], body.qpos[1], heading, speed, body.qvel[5], touched), 1.0 - 2.0 * (x * x + y * y)
 
 
+@njit
+def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
+    """Fill a trajectory's row: the time, the pose with both wheels' angles, the wheel speeds as commanded."""
+    row[0] = time_s
+    for i in range(9):
+        row[1 + i] = body.qpos[i]
+    row[10], row[11] = body.ctrl[0], body.ctrl[1]
+
+
 def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
     """Return the compiled loop.
 
@@ -86,7 +95,6 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
         """Run control periods until the move ends or `limit` periods have passed.
 
         Args:
-            body, state, goal, gains: see there.
             rows: the trajectory; a row is written for every period that was run, from `first_row` on.
             first_row: its first free row.
             elapsed: control periods since the run's start.
@@ -111,11 +119,7 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
             for _ in range(body.steps_per_period):
                 _mj_step(body.model_address, body.data_address)
                 touched |= body.touch[0] > 0.0 or body.touch[1] > 0.0
-            row = rows[first_row + period]
-            row[0] = (elapsed + period + 1) * gains.period_s
-            for i in range(9):
-                row[1 + i] = body.qpos[i]
-            row[10], row[11] = left, right
+            _write_row(rows[first_row + period], (elapsed + period + 1) * gains.period_s, body)
         return limit, DRIVING
 
     compiled: Callable[..., tuple[int, int]] = run_periods

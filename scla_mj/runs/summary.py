@@ -102,7 +102,7 @@ class Tally:
     def add(self, record: DecisionRecord) -> None:
         """Count one decision."""
         if record.epoch not in self._counts:
-            self._counts[record.epoch] = _Count(_ceiling_hits_per_1000(self._config, record.epoch))
+            self._counts[record.epoch] = _Count(epoch_ceiling_hits_per_1000(self._config, record.epoch))
         count = self._counts[record.epoch]
         count.decisions += 1
         count.hits += bool(record.hit)
@@ -126,7 +126,7 @@ class Tally:
             seed=config.seed,
             cells=config.grid.cells,
             target=config.grid.target,
-            ceiling_hits_per_1000=_ceiling_hits_per_1000(config, 1),
+            ceiling_hits_per_1000=epoch_ceiling_hits_per_1000(config, 1),
             epochs=tuple(self.epoch(epoch) for epoch in sorted(self._counts)),
             transitions=Transitions(
                 commanded=sum(outcomes.values()),
@@ -140,8 +140,8 @@ class Tally:
         )
 
 
-def _ceiling_hits_per_1000(config: RunConfig, epoch: int) -> float:
-    """The ceiling of that epoch's floor: the target may jump, and moves may go astray."""
+def epoch_ceiling_hits_per_1000(config: RunConfig, epoch: int) -> float:
+    """Return the ceiling of that epoch's floor: the target may jump, and moves may go astray."""
     return ceiling_hits_per_1000(
         config.build_grid(epoch), config.protocol, direction_noise=config.world.direction_noise
     )

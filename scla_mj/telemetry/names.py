@@ -12,6 +12,8 @@ EPOCH: Final = "epoch"
 
 WORLD: Final = "world"
 ROBOT: Final = "world/robot"
+TARGET: Final = "world/target"
+"""Parent of the target's shapes: a target that jumps moves with it."""
 TRAJECTORY: Final = "world/trajectory"
 POLICY: Final = "world/policy"
 

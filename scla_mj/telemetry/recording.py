@@ -42,7 +42,8 @@ class RerunRecorder:
         clock: the run's periods.
         model: the compiled `mujoco.MjModel` to draw.
         run_id: the recording's identity; a resumed run's next part carries the same one.
-        protocol: names the ceiling that the hits are drawn against.
+        protocol: where the robot starts.
+        ceiling_hits_per_1000: what the hits are drawn against.
         weight_max: upper end of the weights' colour scale.
         metadata: anything else that a reader of the file alone should know, such as the seed.
 
@@ -60,6 +61,7 @@ class RerunRecorder:
         model: Any,
         run_id: str,
         protocol: StartProtocol,
+        ceiling_hits_per_1000: float,
         weight_max: float,
         metadata: Mapping[str, str | float] | None = None,
     ) -> None:
@@ -67,7 +69,8 @@ class RerunRecorder:
             raise SclaError("--telemetry off records nothing: choose light or full to record")
         self._grid = grid
         self._weight_max = weight_max
-        self._ceiling = grid.ceiling_hits_per_1000(protocol)
+        self._ceiling = ceiling_hits_per_1000
+        self._first_target = grid.target
         self._stream = _open(path, run_id, build_blueprint(mode, grid, clock, self._ceiling, weight_max))
         self._robot = log_scene(self._stream, model, grid)
         log_styles(self._stream, protocol, raster_layout(mode, clock))
@@ -84,10 +87,20 @@ class RerunRecorder:
         self._remembered = -1
         self._closed = False
 
+    def move_target(self, grid: Grid, *, ceiling_hits_per_1000: float) -> None:
+        """Draw the target where `grid` has it from now on, and the hits against its ceiling."""
+        old, new = self._grid.centre_m(self._first_target), grid.centre_m(grid.target)
+        if self._last is not None:
+            self._end_epoch()
+        self._say(f"the target jumps to cell ({grid.target.x}, {grid.target.y})", rr.TextLogLevel.WARN)
+        self._stream.log(names.TARGET, rr.Transform3D(translation=(new[0] - old[0], new[1] - old[1], 0.0)))
+        self._grid, self._ceiling = grid, ceiling_hits_per_1000
+        self._last = None  # the epoch is closed, and the next decision draws the new ceiling
+
     def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
         """Record one decision, and the brain's memory after it if a snapshot is given."""
         if self._last is None:
-            set_time(self._stream, record.time_s, 1, record.epoch)
+            set_time(self._stream, record.time_s, self._decision + 1, record.epoch)
             self._stream.log(names.CEILING, rr.Scalars(self._ceiling))
         if self._last is not None and record.epoch != self._last.epoch:
             self._end_epoch()

@@ -199,7 +199,7 @@ def test_figure_3_shows_eight_connections_at_every_epoch(out):
 def test_one_scalar_dopamine_is_shown_beside_the_signed_one(out):
     text = (out / "report.md").read_text(encoding="utf-8")
     end = learning(1.5)(4)
-    for title, seeds in (("one dopamine", THREE), ("SCLA, sensed", FOUR)):
+    for title, seeds in (("One dopamine", THREE), ("SCLA, sensed", FOUR)):
         drawn = (
             0.01 * np.mean(seeds) + 0.02 * np.mean([0, 3, 4, 6]),
             0.01 * np.mean(seeds) + 0.02 * np.mean([1, 2, 5, 7]),

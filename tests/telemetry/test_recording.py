@@ -12,6 +12,7 @@ from synthetic_run import MODEL_XML, records, snapshot
 from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
 from scla_mj.config import RunConfig, Telemetry
 from scla_mj.errors import SclaError
+from scla_mj.grid import Cell, Grid
 from scla_mj.signals import DecisionRecord, Outcome, Snapshot
 from scla_mj.telemetry.chunks import open_recording
 from scla_mj.telemetry.recording import RerunRecorder
@@ -31,7 +32,7 @@ def open_recorder(path: Path, mode: Telemetry = "light", **more: Any) -> RerunRe
     model = more.pop("model", None) or mujoco.MjModel.from_xml_string(MODEL_XML)
     return RerunRecorder(
         path, mode=mode, grid=config.build_grid(), clock=config.build_clock(), model=model, run_id="a run",
-        protocol="any-start", weight_max=4.0, metadata={"seed": 7}, **more,
+        protocol="any-start", ceiling_hits_per_1000=400.0, weight_max=4.0, metadata={"seed": 7}, **more,
     )  # fmt: skip
 
 
@@ -268,3 +269,20 @@ def test_a_recorder_refuses_to_overwrite_and_names_a_place_that_cannot_be_writte
         open_recorder(tmp_path / "nowhere" / "r.rrd")
     with pytest.raises(SclaError, match="choose light or full"):
         open_recorder(tmp_path / "off.rrd", "off")
+
+
+def test_a_target_that_jumps_is_drawn_in_its_new_cell_and_ends_the_epoch_once(tmp_path):
+    run = list(records(epochs=2, decisions=20, spikes=10, thinking_spikes=5))
+    moved = Grid((5, 5), Cell(1, 5), 0.3)
+    with open_recorder(tmp_path / "r.rrd") as recording:
+        for record in run:
+            if (record.epoch, record.decision) == (2, 1):
+                recording.move_target(moved, ceiling_hits_per_1000=240.0)
+            recording.write(record)
+    offset, time_s, _ = read(tmp_path / "r.rrd", "world/target", "Transform3D:translation")
+    np.testing.assert_allclose(offset, [[-0.6, 0.6, 0.0]], atol=1e-6)
+    assert run[19].time_s < time_s[0] <= run[20].time_s + 1e-6
+    ceiling, _, decision = read(tmp_path / "r.rrd", "learning/ceiling", "Scalars:scalars")
+    assert list(zip(decision.tolist(), ceiling.ravel().tolist(), strict=True)) == [
+        (1, 400.0), (20, 400.0), (21, 240.0), (40, 240.0),
+    ]  # fmt: skip

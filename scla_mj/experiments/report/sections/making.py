@@ -47,7 +47,7 @@ def _experiments(study: Study) -> Table:
         Column("finished seeds"),
         Column("missing", 0),
         Column("failed moves", 0),
-        Column("driven, h", 2),
+        Column("simulated, h", 2),
         Column("computed, min", 1),
     )
     caption = (
@@ -97,7 +97,7 @@ def _defaults() -> Table:
 
 def _value(value: Any) -> str:
     if isinstance(value, tuple):
-        return " ".join(_value(part) for part in value) or "none"
+        return " ".join(str(part) if isinstance(part, tuple) else _value(part) for part in value) or "none"
     return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
@@ -115,7 +115,7 @@ def _method() -> tuple[Text, ...]:
     return (
         f"A seed is the unit. Means are over seeds; the {parts.INTERVAL} is a percentile bootstrap over seeds "
         f"({statistics.BOOTSTRAP_RESAMPLES} resamples), expanded for few seeds (Hesterberg 2015) so that it is as wide "
-        "as Student's.",
+        "as Student's; with two or three seeds it is no wider than they lie apart.",
         "Settled: the last two thirds of the epochs, 11 to 30 of 30; after a jump of the target, the epochs from the "
         "second one on.",
         f"Decisions to {share}: the first decision at which the last {window} decisions earned {share} of their "

@@ -23,6 +23,11 @@ def span_text(first: int, last: int) -> str:
     return str(first) if first == last else f"{first}–{last}"
 
 
+def opening(title: str) -> str:
+    """Return a title as a sentence begins."""
+    return title[:1].upper() + title[1:]
+
+
 def seeds_text(seeds: Sequence[int]) -> str:
     """Return how many seeds and which."""
     ordered = sorted(seeds)

@@ -43,9 +43,8 @@ def _headlines(study: Study) -> list[Block]:
 def _headline(item: Evidence) -> Text:
     span = statistics.settled_span(item.epochs)
     hits, percent = (statistics.span_means(values, *span) for values in (item.hits, item.percent))
-    title = item.experiment.title
     return (
-        Strong(f"{title[0].upper()}{title[1:]}"),
+        Strong(parts.opening(item.experiment.title)),
         f": {parts.mean_with_interval(hits, 1)} of at most {item.ceilings[-1]:g} hits per 1000 decisions over epochs "
         f"{parts.span_text(*span)}, {percent.mean():.1f} % of the ceiling; {item.hits[:, 0].mean():.1f} in the first "
         "epoch.",
