@@ -32,13 +32,15 @@ def ablations(study: Study) -> Section:
 def _scalar(item: Evidence, study: Study) -> tuple[Block, ...]:
     """Show what one signal for all connections does to them, beside the signed one."""
     baseline = study.named(item.experiment.baseline)
-    sentences = [_weights_sentence(each) for each in (item, baseline) if each is not None and each.weights is not None]
-    return Paragraph(" ".join(sentences)), weights_figure(item, f"{parts.opening(item.experiment.title)}: ")
+    shown = [each for each in (item, baseline) if each is not None and each.weights is not None]
+    figure = weights_figure(item, f"{parts.opening(item.experiment.title)}: ")
+    return Paragraph(" ".join(map(_weights_sentence, shown))), figure
 
 
 def _weights_sentence(item: Evidence) -> str:
     agreeing, opposite = (parts.mean_with_interval(weights, 2) for weights in final_weights(item))
-    return f"{parts.opening(item.experiment.title)}: agreeing weights end at {agreeing} mV, opposite ones at {opposite} mV."
+    title = parts.opening(item.experiment.title)
+    return f"{title}: agreeing weights end at {agreeing} mV, opposite ones at {opposite} mV."
 
 
 def _table(items: list[Evidence], protocol: str) -> Table:
