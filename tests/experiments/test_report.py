@@ -119,9 +119,21 @@ def test_an_interval_that_holds_the_truth_reaches_its_target(study):
     walk = next(item for item in study.evidence if item.experiment.name == "random-any")
     mean = walk.hits.mean()
     for low, reached in ((mean, True), (mean + 500.0, False)):
-        assert judge(walk, Target("", 1, 4, "interval holds", low, low)).reached is reached
+        assert judge(study, walk, Target("", 1, 4, "interval holds", low, low)).reached is reached
     large = next(item for item in study.evidence if item.experiment.name == "large")
-    assert judge(large, Target("", 1, 4, "interval holds", 0.0, 0.0)).reached is False  # one seed has no interval
+    assert (
+        judge(study, large, Target("", 1, 4, "interval holds", 0.0, 0.0)).reached is False
+    )  # one seed has no interval
+
+
+def test_a_rival_sets_the_low_end_and_a_missing_one_leaves_the_target_open(study):
+    scla, walk = study.evidence[0], study.named("random-any")
+    wanted = Target("at least the walk", 1, 2, "mean hits per 1000", 0.0, rivals=("random-any",))
+    verdict = judge(study, scla, wanted)
+    assert verdict.reached
+    assert verdict.target.low == pytest.approx(walk.hits[:, :2].mean())
+    assert judge(study, walk, wanted._replace(rivals=(scla.experiment.name,))).reached is False
+    assert judge(study, scla, wanted._replace(rivals=("random-any", "absent"))).reached is None
 
 
 def test_what_is_missing_or_unfinished_is_named_and_measured_nowhere(out):
@@ -134,9 +146,10 @@ def test_what_is_missing_or_unfinished_is_named_and_measured_nowhere(out):
 
 def test_a_target_is_not_judged_while_a_seed_is_missing(out):
     more = dataclasses.replace(EXPERIMENTS[0], seeds=(*FOUR, 4))
-    (evidence,) = gather(out, [more]).evidence
+    study = gather(out, [more])
+    (evidence,) = study.evidence
     assert (evidence.seeds, [gap.seed for gap in evidence.gaps]) == (FOUR, [4])
-    assert judge(evidence, more.targets[0]).reached is None
+    assert judge(study, evidence, more.targets[0]).reached is None
 
 
 def test_a_run_with_other_settings_is_not_taken_for_this_one(out):

@@ -24,8 +24,8 @@ class Target(NamedTuple):
     """What a result must reach over epochs `first_epoch` to `last_epoch`.
 
     The statistic is the mean over seeds of hits per 1000 decisions or of the percent of ceiling, or the worst seed's;
-    it must lie in [low, high]. For "interval holds" the 95 % interval of the mean hits per 1000 must hold low (=
-    high).
+    it must lie in [low, high]. For "interval holds" the 95 % interval of the mean hits per 1000 must hold low and high.
+    `rivals` name experiments of the same report: the best of their means over the same epochs is then the low end.
     """
 
     text: str
@@ -34,6 +34,7 @@ class Target(NamedTuple):
     statistic: Statistic
     low: float
     high: float = float("inf")
+    rivals: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

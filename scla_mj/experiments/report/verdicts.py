@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scla_mj.experiments.catalogue.experiment import Target
 from scla_mj.experiments.report.document import Interval
-from scla_mj.experiments.report.evidence import Evidence, estimate
+from scla_mj.experiments.report.evidence import Evidence, Study, estimate
 from scla_mj.experiments.statistics import span_means
 
 
@@ -21,12 +24,14 @@ class Verdict(NamedTuple):
     reached: bool | None
 
 
-def judge(evidence: Evidence, target: Target) -> Verdict:
+def judge(study: Study, evidence: Evidence, target: Target) -> Verdict:
     """Compare what was measured with what was wanted; a target needs every seed and every epoch that it names."""
-    if not evidence.measured or evidence.gaps or target.last_epoch > evidence.epochs:
+    rivals = [study.named(name) for name in target.rivals]
+    if not all(_covers(item, target) for item in (evidence, *rivals)):
         return Verdict(evidence, target, None, None, None)
-    values = evidence.percent if "percent" in target.statistic else evidence.hits
-    seeds = span_means(values, target.first_epoch, target.last_epoch)
+    seeds = _seed_means(evidence, target)
+    if rivals:
+        target = target._replace(low=max(float(_seed_means(rival, target).mean()) for rival in rivals if rival))
     mean = estimate(seeds)
     interval = None if math.isnan(mean.low) else Interval(mean.low, mean.high)
     if target.statistic == "interval holds":
@@ -35,3 +40,14 @@ def judge(evidence: Evidence, target: Target) -> Verdict:
     worst = target.statistic == "worst seed percent of ceiling"
     measured = float(seeds.min()) if worst else mean.mean
     return Verdict(evidence, target, measured, None if worst else interval, bool(target.low <= measured <= target.high))
+
+
+def _covers(evidence: Evidence | None, target: Target) -> bool:
+    return bool(
+        evidence is not None and evidence.measured and not evidence.gaps and target.last_epoch <= evidence.epochs
+    )
+
+
+def _seed_means(evidence: Evidence, target: Target) -> NDArray[np.float64]:
+    values = evidence.percent if "percent" in target.statistic else evidence.hits
+    return span_means(values, target.first_epoch, target.last_epoch)

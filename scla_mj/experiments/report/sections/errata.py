@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from scla_mj.experiments.report import paper
+from scla_mj.experiments import exact, paper
 from scla_mj.experiments.report.cells import number
 from scla_mj.experiments.report.document import Bullets, Cell, Column, Paragraph, Section, Strong, Table, Text
-from scla_mj.experiments.report.sections import exact
 from scla_mj.grid import PROTOCOLS
 
 _OTHER_FLOORS = (((5, 5), (1, 1)), ((5, 5), (5, 2)), ((7, 7), (4, 4)))

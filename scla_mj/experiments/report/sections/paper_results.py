@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from scla_mj.experiments import statistics
-from scla_mj.experiments.report import paper
+from scla_mj.experiments import paper, statistics
+from scla_mj.experiments.exact import beside_the_target
 from scla_mj.experiments.report.document import Block, Cell, Column, Paragraph, Section, Table
 from scla_mj.experiments.report.evidence import Evidence, Study
 from scla_mj.experiments.report.sections import parts
-from scla_mj.experiments.report.sections.exact import beside_the_target
 from scla_mj.experiments.report.sections.weights_figure import weights_figure
 
 

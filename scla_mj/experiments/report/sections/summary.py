@@ -26,7 +26,7 @@ from scla_mj.grid import PROTOCOLS
 
 def summary(study: Study) -> Section:
     """Return the verdict on every target, and the list of what is missing."""
-    verdicts = [judge(item, target) for item in study.evidence for target in item.experiment.targets]
+    verdicts = [judge(study, item, target) for item in study.evidence for target in item.experiment.targets]
     blocks: list[Block] = [*_headlines(study), _counts(verdicts)]
     if verdicts:
         blocks.append(_table(verdicts))
@@ -76,8 +76,9 @@ def _row(verdict: Verdict) -> tuple[Cell, ...]:
         True: Mark("reached", "good"), False: Mark("missed", "bad"), None: Mark("not measured", "open")
     }[verdict.reached]  # fmt: skip
     span = parts.span_text(target.first_epoch, target.last_epoch)
+    wanted = f"{target.text}: {target.low:.1f}" if target.rivals else target.text
     interval: Interval | None = verdict.interval
-    return experiment.title, target.text, span, verdict.measured, interval, mark
+    return experiment.title, wanted, span, verdict.measured, interval, mark
 
 
 def _missing(gaps: list[Gap]) -> tuple[Block, ...]:

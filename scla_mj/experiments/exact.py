@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scla_mj.experiments.report import paper
+from scla_mj.experiments import paper
 from scla_mj.grid import Action, Cell, Grid, StartProtocol
 from scla_mj.markov import hits_per_1000, uniform_policy
 
