@@ -181,7 +181,7 @@ def test_the_noise_has_the_configured_deviation_in_every_population():
 
 def _noise_current(network):
     network.state.synaptic[:] = 0.0
-    kernel._add_noise(network.state, network.parameters.noise_amplitude, network.parameters.noise_unit)
+    kernel._gather_current(network.state, network.parameters, np.zeros(1000))
     return network.state.synaptic.copy()
 
 

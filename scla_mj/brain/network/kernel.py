@@ -38,7 +38,7 @@ _OUT_OF_SENSOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.sen
 _INTO_MOTOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.motor == side] for side in Action])
 
 
-@njit(cache=True, nogil=True)
+@njit
 def next_noise(low: Any, high: Any, i: int) -> Any:
     """Return lane i's next 32 random bits (xoroshiro64*, Blackman and Vigna 2018), as a signed integer.
 
@@ -51,40 +51,41 @@ def next_noise(low: Any, high: Any, i: int) -> Any:
     return np.int32(np.uint32(s0 * np.uint32(0x9E3779BB)))
 
 
-@njit(cache=True, nogil=True)
-def _add_noise(state: NetworkState, amplitude: Any, unit: Any) -> None:
+@njit
+def _gather_current(state: NetworkState, parameters: Parameters, drive: Any) -> None:
+    """Add up this step's current: drive, the last step's spikes, noise."""
     real = state.synaptic.dtype.type
+    pulse, unit, amplitude = parameters.excitatory.pulse, parameters.noise_unit, parameters.noise_amplitude
     for i in range(NEURON_COUNT):
         bits = next_noise(state.noise_low, state.noise_high, i)
-        state.synaptic[i] += amplitude[i] * (unit * real(bits))
+        state.synaptic[i] = drive[i] + pulse * state.synaptic[i] + amplitude[i] * (unit * real(bits))
 
 
-@njit(cache=True, nogil=True)
-def _advance(state: NetworkState, start: int, stop: int, cell: NeuronConstants) -> None:
+@njit
+def _advance(v: Any, u: Any, current: Any, fired: Any, start: int, stop: int, cell: NeuronConstants) -> None:
     """Equations 1 and 2 for neurons [start, stop): v in two half steps with the old u, then u from the new v."""
     for i in range(start, stop):
-        v, u, current = state.v[i], state.u[i], state.synaptic[i]
-        v += cell.half_step * (cell.quadratic * v * v + cell.linear * v + cell.offset - u + current)
-        v += cell.half_step * (cell.quadratic * v * v + cell.linear * v + cell.offset - u + current)
-        u += cell.rate * (cell.sensitivity * v - u)
-        fired = v >= cell.peak
-        state.fired[i] = fired
-        state.v[i] = cell.reset_v if fired else v
-        state.u[i] = u + cell.reset_u if fired else u
+        vi, ui, ci = v[i], u[i], current[i]
+        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
+        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
+        ui += cell.rate * (cell.sensitivity * vi - ui)
+        over = vi >= cell.peak
+        fired[i] = over
+        v[i] = cell.reset_v if over else vi
+        u[i] = ui + cell.reset_u if over else ui
 
 
-@njit(cache=True, nogil=True)
+@njit
 def _integrate(state: NetworkState, parameters: Parameters, drive: Any) -> None:
-    pulse = parameters.excitatory.pulse
+    _gather_current(state, parameters, drive)
+    v, u, current, fired = state.v, state.u, state.synaptic, state.fired
+    _advance(v, u, current, fired, 0, EXCITATORY_COUNT, parameters.excitatory)
+    _advance(v, u, current, fired, EXCITATORY_COUNT, NEURON_COUNT, parameters.inhibitory)
     for i in range(NEURON_COUNT):
-        state.synaptic[i] = drive[i] + pulse * state.synaptic[i]
-    _add_noise(state, parameters.noise_amplitude, parameters.noise_unit)
-    _advance(state, 0, EXCITATORY_COUNT, parameters.excitatory)
-    _advance(state, EXCITATORY_COUNT, NEURON_COUNT, parameters.inhibitory)
-    state.synaptic[:] = parameters.plasticity.zero
+        current[i] = parameters.plasticity.zero
 
 
-@njit(cache=True, nogil=True)
+@njit
 def _decay(state: NetworkState, parameters: Parameters) -> None:
     p = parameters.plasticity
     for i in range(EXCITATORY_COUNT):
@@ -97,14 +98,15 @@ def _decay(state: NetworkState, parameters: Parameters) -> None:
         state.gathered[k] += p.learning_rate * state.dopamine[k] * state.decayed[0]
 
 
-@njit(cache=True, nogil=True)
+@njit
 def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int) -> None:
     """Deliver both rows of weights; depress their eligibility by the postsynaptic traces."""
     p = parameters.plasticity
     row = neuron % _SIDE_SIZE
     real = state.anchor.dtype.type
     depression = p.depression / real(state.decayed[0])
-    for k in _OUT_OF_SENSOR[neuron // _SIDE_SIZE]:
+    for connection in range(_OUT_OF_SENSOR.shape[1]):
+        k = _OUT_OF_SENSOR[neuron // _SIDE_SIZE, connection]
         first = _MOTOR_START + _MOTOR_OF[k] * _SIDE_SIZE
         current = state.synaptic[first : first + _SIDE_SIZE]
         trace = state.trace[first : first + _SIDE_SIZE]
@@ -122,14 +124,15 @@ def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int) -> 
     state.trace[neuron] += 1
 
 
-@njit(cache=True, nogil=True)
+@njit
 def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int) -> None:
     """Potentiate both columns of eligibility by the presynaptic traces, this step's sensory spikes included."""
     p = parameters.plasticity
     column = neuron % _SIDE_SIZE
     real = state.anchor.dtype.type
     potentiation = p.potentiation / real(state.decayed[0])
-    for k in _INTO_MOTOR[neuron // _SIDE_SIZE - _SIDES]:
+    for connection in range(_INTO_MOTOR.shape[1]):
+        k = _INTO_MOTOR[neuron // _SIDE_SIZE - _SIDES, connection]
         first = _SENSOR_OF[k] * _SIDE_SIZE
         trace = state.trace[first : first + _SIDE_SIZE]
         anchor, scaled, gathered = state.anchor[k], state.scaled[k], real(state.gathered[k])
@@ -144,47 +147,51 @@ def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int) -> No
     state.trace[neuron] += 1
 
 
-@njit(cache=True, nogil=True)
-def _add_current(state: NetworkState, population: int, current: Any) -> None:
+@njit
+def _add_current(synaptic: Any, population: int, current: Any) -> None:
     for i in range(_POPULATION_STARTS[population], _POPULATION_STARTS[population + 1]):
-        state.synaptic[i] += current
+        synaptic[i] += current
 
 
-@njit(cache=True, nogil=True)
-def _inhibit(state: NetworkState, parameters: Parameters, step_counts: Any) -> None:
+@njit
+def _inhibit(synaptic: Any, counts: Any, motor_to_inhibitory: Any, inhibitory_to_motor: Any) -> None:
     """Motor populations excite their own inhibitory population, which inhibits the three other motor populations."""
-    real = state.synaptic.dtype.type
-    inhibition = step_counts[2 * _SIDES :].sum()
+    real = synaptic.dtype.type
+    inhibition = 0
     for side in range(_SIDES):
-        others = inhibition - step_counts[2 * _SIDES + side]
+        inhibition += counts[2 * _SIDES + side]
+    for side in range(_SIDES):
+        others = inhibition - counts[2 * _SIDES + side]
         if others:
-            _add_current(state, _SIDES + side, parameters.inhibitory_to_motor * real(others))
-        own = step_counts[_SIDES + side]
+            _add_current(synaptic, _SIDES + side, inhibitory_to_motor * real(others))
+        own = counts[_SIDES + side]
         if own:
-            _add_current(state, 2 * _SIDES + side, parameters.motor_to_inhibitory * real(own))
+            _add_current(synaptic, 2 * _SIDES + side, motor_to_inhibitory * real(own))
 
 
-@njit(cache=True, nogil=True)
+@njit
 def _route_spikes(state: NetworkState, parameters: Parameters, neurons: Any, counts: Any) -> None:
     """Pass on this step's spikes, `neurons` in ascending order, and add them to the (12,) `counts`."""
-    step_counts = np.zeros(counts.shape[0], np.int64)
-    for neuron in neurons:
+    for population in range(counts.shape[0]):
+        state.step_counts[population] = 0
+    for spike in range(neurons.shape[0]):
+        neuron = neurons[spike]
         if neuron < _MOTOR_START:
             _sensory_spike(state, parameters, neuron)
         elif neuron < _INHIBITORY_START:
             _motor_spike(state, parameters, neuron)
-        step_counts[_POPULATION_OF[neuron]] += 1
-    _inhibit(state, parameters, step_counts)
-    counts += step_counts
+        state.step_counts[_POPULATION_OF[neuron]] += 1
+    _inhibit(state.synaptic, state.step_counts, parameters.motor_to_inhibitory, parameters.inhibitory_to_motor)
+    for population in range(counts.shape[0]):
+        counts[population] += state.step_counts[population]
 
 
-@njit(cache=True, nogil=True)
-def _list_spikes(fired: Any, neurons: Any) -> int:
+@njit
+def _list_spikes(fired: Any, fired_octets: Any, neurons: Any) -> int:
     """Write the indices of the neurons that fired, looking at eight at a time; return how many."""
     count = 0
-    octets = fired.view(np.uint64)
-    for octet in range(octets.shape[0]):
-        if octets[octet]:
+    for octet in range(fired_octets.shape[0]):
+        if fired_octets[octet]:
             for neuron in range(8 * octet, 8 * octet + 8):
                 if fired[neuron]:
                     neurons[count] = neuron
@@ -192,7 +199,7 @@ def _list_spikes(fired: Any, neurons: Any) -> int:
     return count
 
 
-@njit(cache=True, nogil=True)
+@njit
 def settle(state: NetworkState, parameters: Parameters) -> None:
     """Write the lazy weights and eligibilities out: afterwards `anchor` is w and `scaled` is c."""
     p = parameters.plasticity
@@ -200,13 +207,14 @@ def settle(state: NetworkState, parameters: Parameters) -> None:
     decayed = real(state.decayed[0])
     for k in range(state.gathered.shape[0]):
         gathered = real(state.gathered[k])
-        anchor, scaled = state.anchor[k].reshape(-1), state.scaled[k].reshape(-1)
-        if gathered != p.zero:
-            for i in range(anchor.shape[0]):
-                anchor[i] = min(max(anchor[i] + scaled[i] * gathered, p.zero), p.weight_max)
-        for i in range(scaled.shape[0]):
-            eligibility = scaled[i] * decayed
-            scaled[i] = eligibility if abs(eligibility) >= p.floor else p.zero
+        anchor, scaled = state.anchor[k], state.scaled[k]
+        for i in range(anchor.shape[0]):
+            if gathered != p.zero:
+                for j in range(anchor.shape[1]):
+                    anchor[i, j] = min(max(anchor[i, j] + scaled[i, j] * gathered, p.zero), p.weight_max)
+            for j in range(anchor.shape[1]):
+                eligibility = scaled[i, j] * decayed
+                scaled[i, j] = eligibility if abs(eligibility) >= p.floor else p.zero
         state.gathered[k] = 0.0
     state.decayed[0] = 1.0
 
@@ -231,8 +239,9 @@ def run(
     for step in range(first_step, first_step + steps):
         _integrate(state, parameters, drive)
         _decay(state, parameters)
-        count = _list_spikes(state.fired, spike_neuron[total:])
-        spike_step[total : total + count] = step
+        count = _list_spikes(state.fired, state.fired_octets, spike_neuron[total:])
+        for spike in range(total, total + count):
+            spike_step[spike] = step
         _route_spikes(state, parameters, spike_neuron[total : total + count], counts)
         total += count
     settle(state, parameters)

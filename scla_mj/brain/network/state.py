@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import EXCITATORY_COUNT, NEURON_COUNT, NEURONS_PER_SIDE, PROJECTIONS
+from scla_mj.anatomy import EXCITATORY_COUNT, NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS
 from scla_mj.brain.network.parameters import REGULAR_SPIKING
 
 if TYPE_CHECKING:
@@ -21,7 +21,8 @@ class NetworkState(NamedTuple):
     R. `trace`: STDP traces of the sensory and motor neurons, (800,) R. `dopamine`: concentration at each projection,
     (8,) float64. `anchor` and `scaled`, (8, 100, 100) R, hold weights and eligibility lazily (see kernel.py),
     `decayed` (1,) and `gathered` (8,), both float64, what they are scaled by. `noise_low`, `noise_high`: each
-    neuron's own generator, (1000,) uint32. `fired`: this step's spikes, (1000,) uint8.
+    neuron's own generator, (1000,) uint32. `fired`: this step's spikes, (1000,) uint8,
+    and `fired_octets`, (125,), the same memory by eights; `step_counts`: their number by population, (12,).
     """
 
     v: NDArray[Any]
@@ -36,6 +37,8 @@ class NetworkState(NamedTuple):
     noise_low: NDArray[np.uint32]
     noise_high: NDArray[np.uint32]
     fired: NDArray[np.uint8]
+    fired_octets: NDArray[np.uint64]
+    step_counts: NDArray[np.int64]
 
 
 def initial_state(
@@ -46,6 +49,7 @@ def initial_state(
     shape = (len(PROJECTIONS), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
     lanes = noise.generate_state(2 * NEURON_COUNT, np.uint32).reshape(2, NEURON_COUNT)
     lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
+    fired = np.zeros(NEURON_COUNT, np.uint8)
     rest_v = REGULAR_SPIKING.c
     return NetworkState(
         v=np.full(NEURON_COUNT, rest_v, real),
@@ -59,5 +63,7 @@ def initial_state(
         gathered=np.zeros(len(PROJECTIONS)),
         noise_low=lanes[0].copy(),
         noise_high=lanes[1].copy(),
-        fired=np.zeros(NEURON_COUNT, np.uint8),
+        fired=fired,
+        fired_octets=fired.view(np.uint64),
+        step_counts=np.zeros(len(POPULATIONS), np.int64),
     )
