@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from scla_mj.config import ClockConfig
 
 _TOLERANCE = 1e-9
+_BASE, _NEURAL, _PHYSICS, _CONTROL, _THINKING = (
+    f"--clock.{period}-ms"
+    for period in ("base-step", "neural-step", "physics-step", "control-period", "thinking-window")
+)
 
 
 @dataclass(frozen=True)
@@ -44,36 +48,35 @@ def resolve_clock(config: ClockConfig) -> Clock:
         SclaError: a period is not positive, or not an integer multiple of the base step, or the control period is not
             one of the neural and physics steps, or the thinking window is not one of the control period.
     """
-    base = config.base_step_ms
+    base, control = config.base_step_ms, config.control_period_ms
     if not 0 < base < math.inf:
-        raise SclaError(f"the base step is {base} ms: it must be above 0 and finite")
-    for name, period_ms in (
-        ("neural step", config.neural_step_ms),
-        ("physics step", config.physics_step_ms),
-        ("control period", config.control_period_ms),
-        ("thinking window", config.thinking_window_ms),
+        raise SclaError(f"{_BASE} is {base}: it must be above 0 and finite")
+    for option, period_ms in (
+        (_NEURAL, config.neural_step_ms),
+        (_PHYSICS, config.physics_step_ms),
+        (_CONTROL, control),
+        (_THINKING, config.thinking_window_ms),
     ):
-        _multiple(name, period_ms, "base step", base)
-    control = config.control_period_ms
+        _multiple(option, period_ms, _BASE, base)
     return Clock(
         base_step_s=base / 1000,
         neural_step_ms=config.neural_step_ms,
         physics_step_s=config.physics_step_ms / 1000,
         control_period_s=control / 1000,
-        neural_steps_per_control=_multiple("control period", control, "neural step", config.neural_step_ms),
-        physics_steps_per_control=_multiple("control period", control, "physics step", config.physics_step_ms),
-        thinking_controls=_multiple("thinking window", config.thinking_window_ms, "control period", control),
+        neural_steps_per_control=_multiple(_CONTROL, control, _NEURAL, config.neural_step_ms),
+        physics_steps_per_control=_multiple(_CONTROL, control, _PHYSICS, config.physics_step_ms),
+        thinking_controls=_multiple(_THINKING, config.thinking_window_ms, _CONTROL, control),
     )
 
 
-def _multiple(name: str, period_ms: float, of_name: str, of_ms: float) -> int:
+def _multiple(option: str, period_ms: float, of_option: str, of_ms: float) -> int:
     ratio = period_ms / of_ms
     if not 0 < ratio < math.inf:
-        raise SclaError(f"the {name} is {period_ms} ms: it must be above 0 and finite")
+        raise SclaError(f"{option} is {period_ms}: it must be above 0 and finite")
     count = round(ratio)
     if count < 1 or abs(ratio - count) > _TOLERANCE * max(count, 1):
         raise SclaError(
-            f"the {name} of {period_ms:g} ms is not an integer multiple of the {of_name} of {of_ms:g} ms: "
-            f"choose {max(count, 1) * of_ms:g} ms"
+            f"{option} {period_ms:g} is not an integer multiple of {of_option} {of_ms:g}: "
+            f"choose {max(count, 1) * of_ms:g}, or another {of_option}"
         )
     return count

@@ -1,7 +1,7 @@
 """Every setting of a run, each default stated once with its source or its reason.
 
-`model section N` is the table "What we build where the paper is silent" and its neighbours in docs/model.md. Lengths
-of time carry their unit in the name; a number without a unit is a pure number.
+Where the paper is silent, docs/model.md says what is built and why. Lengths of time carry their unit in the name; a
+number without a unit is a pure number.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 import tyro.conf
 
 from scla_mj.clock import Clock, resolve_clock
+from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid, StartProtocol
 from scla_mj.limits import check_limits
 
@@ -62,13 +63,12 @@ class ClockConfig:
     control_period_ms: float = 10.0
     """One period of the wheel-speed controller."""
     thinking_window_ms: float = 50.0
-    """How long the motor populations are counted before a decision (paper: "a limited time"; model section 4: some 50
-    ms)."""
+    """How long the motor populations are counted before a decision (paper: "a limited time")."""
 
 
 @dataclass(frozen=True)
 class NetworkConfig:
-    """The 1000 neurons: noise, drive and the fixed wiring (feasibility study, model section 5)."""
+    """The 1000 neurons: noise, drive and the fixed wiring (docs/model.md, wiring)."""
 
     precision: Precision = "float32"
     """Number format of the kernel: float32 for runs, float64 for cross-checks."""
@@ -124,7 +124,7 @@ class PlasticityConfig:
 
 @dataclass(frozen=True)
 class AutomatonConfig:
-    """The learning automaton of every cell, and where the network's signal to it comes from (model section 4)."""
+    """The learning automaton of every cell, and where the network's signal to it comes from (docs/model.md)."""
 
     scheme: Scheme = "reward-penalty"
     """How a signal changes the action probabilities (Narendra and Thathachar 1989; opposite-pair: the paper's own
@@ -232,7 +232,17 @@ class RunConfig:
         Raises:
             SclaError: a value is out of its range; the sentence names the option, the value and the range.
         """
-        self.build_grid()
-        self.build_grid(epoch=max(1, self.world.jump_epoch))
-        self.build_clock()
         check_limits(self)
+        self.build_grid()
+        self.build_clock()
+        self._check_jump()
+
+    def _check_jump(self) -> None:
+        if not self.world.jump_epoch:
+            return
+        if self.world.jump_target == self.grid.target:
+            raise SclaError("--world.jump-target is --target: choose another cell, or leave out --world.jump-epoch")
+        try:
+            self.build_grid(epoch=self.world.jump_epoch)
+        except SclaError as error:
+            raise SclaError(f"--world.jump-target: {error}") from error

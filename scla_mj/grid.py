@@ -53,6 +53,10 @@ class Cell(NamedTuple):
         return Cell(self.x + dx, self.y + dy)
 
 
+MOST_CELLS: Final = 10_000
+"""A floor of 100 x 100: more than a robot that learns by walking about could ever cover."""
+
+
 @dataclass(frozen=True)
 class Grid:
     """A floor of `cells` = (W, H) square cells with one target and, where wanted, closed cells.
@@ -72,6 +76,8 @@ class Grid:
         width, height = self.cells
         if width < 1 or height < 1 or width * height < 2:
             raise SclaError(f"--cells {width} {height} leaves no room to move: a grid wants at least two cells")
+        if width * height > MOST_CELLS:
+            raise SclaError(f"--cells {width} {height} is too large: a grid has at most {MOST_CELLS} cells")
         if not 0 < self.cell_size_m < math.inf:
             raise SclaError(f"a cell size of {self.cell_size_m} m is not possible: it must be above 0 and finite")
         for name, cell in [("target", self.target), *(("closed cell", cell) for cell in sorted(self.closed))]:
@@ -123,7 +129,7 @@ class Grid:
         return next((action for action, beyond in self.neighbours(cell) if beyond == self.target), None)
 
     def start_cells(self, protocol: StartProtocol) -> list[Cell]:
-        """Return the cells where a protocol re-spawns the robot, each equally likely (model section 3)."""
+        """Return the cells where a protocol re-spawns the robot, each equally likely (docs/model.md, protocols)."""
         if protocol == "sensed-start":
             return [cell for _, cell in self.neighbours(self.target)]
         return [cell for cell in self.open_cells() if cell != self.target]

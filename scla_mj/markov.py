@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.grid import Action, Cell, Grid, StartProtocol
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _CONVERGED: Final = 1e-12
 
@@ -32,37 +35,57 @@ def expected_moves(grid: Grid, policy: NDArray[np.float64]) -> dict[Cell, float]
 
     Solves m = 1 + P m over the cells from which the target is reached with certainty (Kemeny and Snell 1960, 3.2.4).
     """
+    from scipy.sparse import identity
+    from scipy.sparse.linalg import spsolve  # slow to import, and not every run wants it
+
     cells = grid.open_cells()
     chain = transition_matrix(grid, policy)
-    certain = _surely_absorbed(chain, cells.index(grid.target))
-    inner = [index for index in np.flatnonzero(certain) if cells[index] != grid.target]
+    target = cells.index(grid.target)
+    certain = _surely_absorbed(chain, target)
+    inner = np.array([index for index in np.flatnonzero(certain) if index != target], dtype=np.int64)
     moves = np.where(certain, 0.0, np.inf)
-    moves[inner] = np.linalg.solve(np.eye(len(inner)) - chain[np.ix_(inner, inner)], np.ones(len(inner)))
+    if len(inner):
+        moves[inner] = spsolve((identity(len(inner)) - chain[inner][:, inner]).tocsc(), np.ones(len(inner)))
     return dict(zip(cells, moves.tolist(), strict=True))
 
 
-def transition_matrix(grid: Grid, policy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the chain (n, n) over `grid.open_cells()`; the target is absorbing."""
+def transition_matrix(grid: Grid, policy: NDArray[np.float64]) -> csr_array:
+    """Return the chain, sparse (n, n), over `grid.open_cells()`; the target is absorbing."""
+    from scipy.sparse import csr_array
+
     cells = grid.open_cells()
     index = {cell: number for number, cell in enumerate(cells)}
-    chain = np.zeros((len(cells), len(cells)))
-    for cell in cells:
-        if cell == grid.target:
-            chain[index[cell], index[cell]] = 1.0
-            continue
-        for action in Action:
-            chain[index[cell], index[grid.after(cell, action)]] += policy[cell.x - 1, cell.y - 1, action]
+    entries = [
+        (index[cell], index[grid.after(cell, action)], policy[cell.x - 1, cell.y - 1, action])
+        for cell in cells
+        if cell != grid.target
+        for action in Action
+    ]
+    entries.append((index[grid.target], index[grid.target], 1.0))
+    rows, columns, values = (np.array(part) for part in zip(*entries, strict=True))
+    chain = csr_array((values, (rows, columns)), shape=(len(cells), len(cells)))
+    chain.eliminate_zeros()
     return chain
 
 
-def _surely_absorbed(chain: NDArray[np.float64], target: int) -> NDArray[np.bool_]:
+def _surely_absorbed(chain: csr_array, target: int) -> NDArray[np.bool_]:
     """Tell for every state whether it reaches the target with certainty: no state it can get to has lost the way."""
-    steps = (chain > 0.0) | np.eye(len(chain), dtype=bool)
-    reaches = steps
-    for _ in range(len(chain).bit_length()):
-        reaches = (reaches.astype(np.float32) @ reaches.astype(np.float32)) > 0.0
-    lost = np.flatnonzero(~reaches[:, target])
-    return np.asarray(~reaches[:, lost].any(axis=1))
+    backwards = chain.T.tocsr()
+    lost = ~_reached(backwards, np.arange(chain.shape[0]) == target)
+    return ~_reached(backwards, lost)
+
+
+def _reached(edges: csr_array, start: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return every state that some state of `start` leads to, `start` included."""
+    reached = start.copy()
+    front = list(np.flatnonzero(start))
+    while front:
+        state = front.pop()
+        for beyond in edges.indices[edges.indptr[state] : edges.indptr[state + 1]]:
+            if not reached[beyond]:
+                reached[beyond] = True
+                front.append(beyond)
+    return reached
 
 
 def ceiling_hits_per_1000(grid: Grid, protocol: StartProtocol, *, direction_noise: float = 0.0) -> float:

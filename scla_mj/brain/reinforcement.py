@@ -25,6 +25,7 @@ class CellStates:
 
     def __init__(self, cells: tuple[int, int], *, discount: float) -> None:
         self._discount = discount
+        self._targets: set[Cell] = set()
         # A border of unknown cells spares every question about the edge.
         self._states = np.zeros((cells[0] + 2, cells[1] + 2))
 
@@ -35,7 +36,7 @@ class CellStates:
         """Update the states of both cells of a move; return 1 if it led to a better one, -1 to a worse one, else 0."""
         self._observe(feedback.before)
         if feedback.hit:
-            self._states[feedback.after.cell] = 1.0
+            self._believe(feedback.after.cell)
         else:
             self._observe(feedback.after)
         before, after = self._states[feedback.before.cell], self._states[feedback.after.cell]
@@ -47,11 +48,17 @@ class CellStates:
         for action in Action:
             neighbour = percept.cell.after(action)
             if action == percept.sensed:
-                self._states[neighbour] = 1.0
-            elif self._states[neighbour] == 1.0:
-                self._states[neighbour] = 0.0  # the target has left
+                self._believe(neighbour)
+            elif neighbour in self._targets:  # the target has left
+                self._targets.remove(neighbour)
+                self._states[neighbour] = 0.0
             best = max(best, float(self._states[neighbour]))
+        self._targets.discard(percept.cell)
         self._states[percept.cell] = self._discount * best
+
+    def _believe(self, cell: Cell) -> None:
+        self._targets.add(cell)
+        self._states[cell] = 1.0
 
 
 class Eligible(NamedTuple):

@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import io
+import re
 import sys
 from collections.abc import Mapping
 from typing import Any, Final
 
 import tyro
 
+from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
+from scla_mj.limits import flatten
 
 EXIT_BAD_INPUT: Final = 2
 _FRAME: Final = "╭╮╰╯│─ "
+_WANTED: Final = {
+    re.compile(r"Error parsing (\S+): invalid literal for int\(\) with base 10: ('.*')"): "a whole number",
+    re.compile(r"Error parsing (\S+): could not convert string to float: ('.*')"): "a number",
+    re.compile(r"Error parsing (\S+): Could not find valid parse for arguments: (.*)"): "pairs of whole numbers",
+}
+_MISSING: Final = re.compile(r"Missing from (.*?): (\S+) (.*?) \(required\)")
+_UNKNOWN: Final = re.compile(r"Unrecognized options: (\S+)")
 
 
 def parse(verbs: Mapping[str, Any], arguments: list[str], *, prog: str) -> Any:
@@ -31,7 +42,7 @@ def parse(verbs: Mapping[str, Any], arguments: list[str], *, prog: str) -> Any:
         if stop.code != EXIT_BAD_INPUT:
             sys.stderr.write(complaint.getvalue())
             raise
-        raise SclaError(_sentence(complaint.getvalue())) from None
+        raise SclaError(_plain(_sentence(complaint.getvalue()), verbs)) from None
 
 
 def _sentence(box: str) -> str:
@@ -45,3 +56,22 @@ def _sentence(box: str) -> str:
             break
         words.append(text.removeprefix("• "))
     return " ".join(words)
+
+
+def _plain(sentence: str, verbs: Mapping[str, Any]) -> str:
+    """Say in a user's words what tyro says in a programmer's."""
+    for pattern, wanted in _WANTED.items():
+        found = pattern.search(sentence)
+        if found:
+            return f"{found[1]} wants {wanted}, not {found[2]}"
+    missing = _MISSING.match(sentence)
+    if missing:
+        return f"{missing[1]} wants {missing[2]}: {missing[3]}"
+    unknown = _UNKNOWN.match(sentence)
+    if not unknown:
+        return sentence
+    word = unknown[1].rstrip(",")
+    if not word.startswith("-"):
+        return f"{word} is no verb: choose {', '.join(verbs)}"
+    near = difflib.get_close_matches(word.lstrip("-"), flatten(RunConfig()), n=1)
+    return f"{word} is no option: " + (f"did you mean --{near[0]}?" if near else "see --help of the verb")
