@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING
 
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 class Brain(ABC):
@@ -28,10 +23,6 @@ class Brain(ABC):
 
     def activity(self) -> Activity | None:
         """Return what the neurons did since the last `decide` began, or None for a brain without neurons."""
-        return None
-
-    def mean_weights(self) -> NDArray[np.float64] | None:
-        """Return the mean weight of each projection, shape (8,), or None for a brain without synapses."""
         return None
 
     def snapshot(self) -> Snapshot:

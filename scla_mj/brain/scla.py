@@ -90,10 +90,6 @@ class SclaBrain(Brain):
             dopamine=self.network.dopamine.astype(np.float64),
         )
 
-    def mean_weights(self) -> NDArray[np.float64]:
-        """Return the mean weight of each projection, (8,)."""
-        return self.network.mean_weights()
-
     def snapshot(self) -> Snapshot:
         """Return copies of the weights and the action probabilities."""
         return Snapshot(self.network.weights.copy(), self.automata.probabilities.copy())

@@ -162,7 +162,7 @@ def _matrices() -> rrb.Grid:
         rrb.TensorView(origin=f"/{names.WEIGHT_MATRIX}/{name}", name=name, view_fit="fill", scalar_mapping=mapping)
         for name in PROJECTION_NAMES
     ]
-    return rrb.Grid(*views, grid_columns=4, name="Weight matrices")
+    return rrb.Grid(*views, grid_columns=4, name="Weight matrices, last epoch's end")
 
 
 def _about() -> rrb.TextDocumentView:

@@ -89,7 +89,7 @@ def test_the_network_alone_never_changes_a_probability():
     brain, grid = build("network")
     live(brain, grid, 150)
     assert (brain.snapshot().probabilities == 0.25).all()
-    assert brain.mean_weights().max() > 1.1
+    assert brain.network.mean_weights().max() > 1.1
 
 
 def test_the_documented_brain_of_ones_own_is_short_and_works(tmp_path, monkeypatch):

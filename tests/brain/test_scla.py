@@ -100,7 +100,7 @@ def test_the_network_learns_to_move_where_the_target_is_sensed():
     brain, grid = build(config), config.build_grid()
     live(brain, grid, "sensed-start", 300, np.random.default_rng(5))
     assert live(brain, grid, "sensed-start", 100, np.random.default_rng(6)) >= 99
-    means = dict(zip(PROJECTIONS, brain.mean_weights(), strict=True))
+    means = dict(zip(PROJECTIONS, brain.network.mean_weights(), strict=True))
     agreeing = [mean for projection, mean in means.items() if projection.agrees]
     opposite = [mean for projection, mean in means.items() if not projection.agrees]
     assert min(agreeing) > 2.0 > 1.0 > max(opposite)
