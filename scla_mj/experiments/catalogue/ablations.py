@@ -58,4 +58,9 @@ ABLATION: Final = (
         "scalar-dopamine", "one scalar dopamine", "Is one signal for all connections enough?", SHORT_SENSED,
         plasticity={"modulation": "scalar"},
     ),
+    _ablation(
+        "scalar-dopamine-competing", "one scalar dopamine, stronger inhibition",
+        "And where the motors compete harder?", SHORT_SENSED,
+        plasticity={"modulation": "scalar"}, network={"motor_to_inhibitory": 1.0, "inhibitory_to_motor": -1.5},
+    ),
 )  # fmt: skip

@@ -18,13 +18,21 @@ from scla_mj.experiments.catalogue.experiment import (
     with_settings,
 )
 
+_COUNTS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+
+
+def _in_ten(probability: float) -> str:
+    """Return how many moves of ten go, in words; the probability is in whole tenths."""
+    count = round(10 * probability)
+    return f"{_COUNTS[count]} move in ten goes" if count == 1 else f"{_COUNTS[count]} moves in ten go"
+
 
 def _noisy(probability: float) -> Experiment:
     return Experiment(
         f"noisy-floor-{round(100 * probability)}",
         "world",
         f"SCLA, non-deterministic floor, p = {probability}",
-        f"Does it learn where one move in {round(1 / probability)} goes another way?",
+        f"Does it learn where {_in_ten(probability)} another way?",
         with_settings(MEDIUM, world={"direction_noise": probability}),
         TEN_SEEDS,
         targets=(Target("at least 93 % of that MDP's ceiling", 11, WORLD_EPOCHS, "mean percent of ceiling", 93.0),),
