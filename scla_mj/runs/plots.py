@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from pathlib import Path
 from typing import Final
 
@@ -10,12 +11,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.grid import Action, Grid
+from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR, TARGET_MARKER
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.atomic import replacing
 from scla_mj.runs.history import WeightCurve
@@ -26,10 +27,7 @@ INK: Final = "#333333"
 BAR: Final = "#4477aa"
 CEILING: Final = "#222222"
 FLOOR: Final = "#999999"
-TARGET: Final = "#cc3311"
 CLOSED: Final = "#555555"
-WARM: Final = ("#7f2704", "#d94801", "#fd8d3c", "#e7298a")
-COOL: Final = ("#08306b", "#2171b5", "#41ab9d", "#756bb1")
 ARROW: Final = "#f28e2b"
 POLICY_COLOURS: Final = "Blues"
 
@@ -38,7 +36,9 @@ UNDECIDED: Final = 0.05
 
 
 def plot_epochs(folder: Path, summary: Summary, *, floor_hits_per_1000: float | None = None) -> None:
-    """Write `epochs.png`: hits per 1000 decisions of every epoch, the ceiling, and a random walk's floor if given.
+    """Write `epochs.png`: hits per 1000 decisions of every epoch, each epoch's ceiling, and a random walk if given.
+
+    `floor_hits_per_1000` is what a random walk earns on the first epoch's floor: drawn until the target jumps.
 
     Raises:
         SclaError: the folder cannot be written to.
@@ -47,10 +47,13 @@ def plot_epochs(folder: Path, summary: Summary, *, floor_hits_per_1000: float | 
     numbers = [epoch.epoch for epoch in summary.epochs]
     hits = [epoch.hits_per_1000 for epoch in summary.epochs]
     axes.bar(numbers, hits, width=0.72, color=BAR, zorder=2)
-    _level(axes, summary.ceiling_hits_per_1000, f"ceiling {summary.ceiling_hits_per_1000:.4g}", CEILING, "--")
+    ceilings = [epoch.ceiling_hits_per_1000 for epoch in summary.epochs] or [summary.ceiling_hits_per_1000]
+    before_jump = next((n for n, ceiling in enumerate(ceilings) if ceiling != ceilings[0]), len(ceilings))
+    _levels(axes, ceilings, "ceiling", CEILING, "--")
     if floor_hits_per_1000 is not None:
-        _level(axes, floor_hits_per_1000, f"random walk {floor_hits_per_1000:.4g}", FLOOR, ":")
-    top = 1.12 * max([summary.ceiling_hits_per_1000, *hits])
+        floors = [floor_hits_per_1000] * before_jump + [math.nan] * (len(ceilings) - before_jump)
+        _levels(axes, floors, "random walk", FLOOR, ":")
+    top = 1.12 * max([*ceilings, *hits])
     if len(numbers) <= 12:
         for number, value in zip(numbers, hits, strict=True):
             base, colour = (0.0, "white") if value > 0.1 * top else (value, INK)
@@ -73,9 +76,8 @@ def plot_weights(folder: Path, curve: WeightCurve) -> None:
     """
     figure, axes = _canvas(7.0, 4.2)
     unit, seconds = _time_unit(float(curve.time_s[-1]) if len(curve.time_s) else 0.0)
-    warm, cool = iter(WARM), iter(COOL)
     for index, projection in enumerate(PROJECTIONS):
-        colour, line = (next(warm), "-") if projection.agrees else (next(cool), "--")
+        colour, line = PROJECTION_COLOURS[projection.name], "-" if projection.agrees else "--"
         label = projection.name.replace("to", " → ")
         axes.plot(curve.time_s / seconds, curve.mean_weights[:, index], line, color=colour, lw=1.6, label=label)
     axes.set_ylim(bottom=0)
@@ -138,16 +140,29 @@ def _save(figure: Figure, path: Path) -> None:
         figure.savefig(scratch, format="png", metadata={"Software": None})
 
 
-def _level(axes: Axes, value: float, text: str, colour: str, line: str) -> None:
-    """Draw a horizontal line across the axes and name it at the right, outside the bars."""
-    axes.axhline(value, color=colour, ls=line, lw=1.2, zorder=3)
-    axes.annotate(text, (1.0, value), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
-                  va="center", ha="left", fontsize=8, color=colour, annotation_clip=False)  # fmt: skip
+def _levels(axes: Axes, values: list[float], name: str, colour: str, line: str) -> None:
+    """Draw a level for every epoch, from 1, stepwise where it changes, and name each: the last at the right, outside.
+
+    NaN ends the line.
+    """
+    axes.plot([0.4, *(n + 0.5 for n in range(1, len(values))), len(values) + 0.6], [*values, values[-1]], ls=line,
+              color=colour, drawstyle="steps-post", lw=1.2, zorder=3)  # fmt: skip
+    for first, value in enumerate(values, 1):
+        if math.isnan(value) or (first > 1 and value == values[first - 2]):
+            continue
+        text = f"{name} {value:.4g}"
+        if value == values[-1]:
+            axes.annotate(text, (1.0, value), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+                          va="center", ha="left", fontsize=8, color=colour, annotation_clip=False)  # fmt: skip
+        else:
+            axes.annotate(text, (first - 0.5, value), (2, 2), textcoords="offset points", fontsize=8, color=colour)
 
 
 def _setting(summary: Summary) -> str:
     (width, height), (x, y) = summary.cells, summary.target
-    return f"{summary.protocol}, {width}×{height} cells, target ({x}, {y}), seed {summary.seed}"
+    jumps = any(epoch.ceiling_hits_per_1000 != summary.ceiling_hits_per_1000 for epoch in summary.epochs)
+    where = f"target ({x}, {y}), which jumps" if jumps else f"target ({x}, {y})"
+    return f"{summary.protocol}, {width}×{height} cells, {where}, seed {summary.seed}"
 
 
 def _time_unit(end_s: float) -> tuple[str, float]:
@@ -182,10 +197,9 @@ def _arrows(axes: Axes, grid: Grid, probabilities: NDArray[np.float64]) -> None:
 
 
 def _mark_cells(axes: Axes, grid: Grid) -> None:
-    """Outline the cells, ring the target, fill closed cells."""
+    """Outline the cells, mark the target, fill closed cells."""
     for cell in grid.all_cells():
         colour = CLOSED if cell in grid.closed else "none"
         corners = [(cell.x + dx, cell.y + dy) for dx, dy in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
         axes.add_collection(PolyCollection([corners], facecolors=colour, edgecolors="white", linewidths=2.0, zorder=2))
-    axes.add_patch(Circle(grid.target, 0.13, facecolor="none", edgecolor=TARGET, linewidth=2.5, zorder=4))
-    axes.add_patch(Circle(grid.target, 0.06, color=TARGET, zorder=4))
+    axes.plot(*grid.target, marker=TARGET_MARKER, color=TARGET_COLOUR, ms=90 / max(*grid.cells, 5), zorder=4)

@@ -1,8 +1,9 @@
-"""The dashboard's colours: a hue an action, warm for agreeing projections and cool for opposite ones."""
+"""The dashboard's colours: a hue an action, and the projections' own, which the figures share."""
 
 from typing import Final
 
-from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS, PROJECTIONS, SENSORY
+from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS, SENSORY
+from scla_mj.palette import PROJECTION_COLOURS, rgb
 from scla_mj.signals import Outcome
 
 RGB = tuple[int, int, int]
@@ -20,9 +21,6 @@ TRAIL_COLORS: Final[dict[Outcome, RGB]] = {
     Outcome.FAILED: (255, 0, 0),
 }
 HIT_COLOR: Final[RGB] = (255, 209, 102)
-
-_WARM: Final[tuple[RGB, ...]] = ((255, 112, 67), (255, 167, 38), (255, 213, 79), (239, 83, 80))
-_COOL: Final[tuple[RGB, ...]] = ((38, 198, 218), (66, 133, 244), (126, 107, 230), (77, 182, 172))
 
 
 def _blend(color: RGB, towards: RGB, share: float) -> RGB:
@@ -42,11 +40,6 @@ def _population_colors() -> dict[str, RGB]:
     return colors
 
 
-def _projection_colors() -> dict[str, RGB]:
-    warm, cool = iter(_WARM), iter(_COOL)
-    return {projection.name: next(warm if projection.agrees else cool) for projection in PROJECTIONS}
-
-
 POPULATION_COLORS: Final = _population_colors()
-PROJECTION_COLORS: Final = _projection_colors()
+PROJECTION_COLORS: Final[dict[str, RGB]] = {name: rgb(colour) for name, colour in PROJECTION_COLOURS.items()}
 assert len(POPULATION_COLORS) == len(POPULATIONS)

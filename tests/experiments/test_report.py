@@ -239,7 +239,7 @@ def test_a_policys_rows_are_distributions_of_the_open_cells(out):
         assert float(row["nearer"]) > 0.9
 
 
-def test_the_errata_are_computed_and_come_out_as_the_contract_has_them(out):
+def test_the_errata_are_computed_and_come_out_as_docs_errata_has_them(out):
     text = (out / "report.md").read_text(encoding="utf-8")
     for said in ("784.2 hits cannot be any-start", "115 hits are 115.38", "8.67", "Table 5 averages 786.05",
                  "from 750 to 811", "18.5", "no policy earns more than 400"):  # fmt: skip
@@ -255,7 +255,7 @@ def test_the_errata_are_computed_and_come_out_as_the_contract_has_them(out):
 
 def test_every_caption_of_results_names_protocol_ceiling_seeds_and_epochs(study):
     setting = re.compile(
-        r"Protocol \S+-start.*; ceiling [\d.]+.* hits per 1000 .*; \d+ seeds?.*; \d+.* epochs of 300 decis"
+        r"Protocol \S+-start \(ceiling [\d.]+.*\), in hits per 1000 .*; \d+ seeds?.*; \d+.* epochs of 300 decis"
     )
     captions = {b.key: plain(b.caption) for b in lay_out(study, COMMAND).blocks() if isinstance(b, Table | Figure)}
     general = {"targets", "yardsticks", "floors", "experiments", "settings", "versions"}

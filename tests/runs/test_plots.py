@@ -7,9 +7,10 @@ from PIL import Image
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.config import RunConfig
 from scla_mj.grid import Action, Cell, Grid
+from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.history import WeightCurve
-from scla_mj.runs.plots import BAR, COOL, POLICY_COLOURS, TARGET, WARM, plot_epochs, plot_policy, plot_weights
+from scla_mj.runs.plots import BAR, CEILING, FLOOR, POLICY_COLOURS, plot_epochs, plot_policy, plot_weights
 from scla_mj.runs.summary import Tally, epoch_summary
 
 PAPER = Grid((5, 5), Cell(3, 3), 0.3)
@@ -24,9 +25,10 @@ def mask(image, colour):
     return (np.abs(image - rgb) < 12).all(axis=2)
 
 
-def summary_of(hits):
+def summary_of(hits, ceilings=()):
     summary = Tally(RunConfig()).summary(simulated_s=0.0, wall_s=0.0)
-    epochs = tuple(epoch_summary(number + 1, 1000, count, 400.0) for number, count in enumerate(hits))
+    own = ceilings or [400.0] * len(hits)
+    epochs = tuple(epoch_summary(n + 1, 1000, count, own[n]) for n, count in enumerate(hits))
     return type(summary)(**{**vars(summary), "epochs": epochs})
 
 
@@ -38,6 +40,24 @@ def test_bars_are_as_high_as_the_hits(tmp_path):
     assert np.array(bars) / bars[0] == pytest.approx([1, 2, 3, 4], abs=0.1)
 
 
+def test_a_target_that_jumps_changes_the_ceiling_and_ends_the_random_walks_line(tmp_path):
+    """Bars of 400, 240 and 240 hits reach their epochs' ceilings: the line lies on top of each."""
+    plot_epochs(tmp_path, summary_of([400, 240, 240], [400.0, 240.0, 240.0]), floor_hits_per_1000=31.58)
+    image = pixels(tmp_path / EPOCHS_PNG)
+    bars = mask(image, BAR)
+    edges = np.flatnonzero(np.diff((bars.sum(axis=0) > 20).astype(int))).reshape(-1, 2)
+    above_axis = slice(int(0.85 * len(image)))
+    ceiling, floor = mask(image[above_axis], CEILING), mask(image[above_axis], FLOOR)
+    tops = []
+    for start, stop in edges:
+        assert ceiling[:, start:stop].sum(axis=1).max() > 0.4 * (stop - start)  # dashed
+        tops.append(int(np.flatnonzero(bars[:, (start + stop) // 2])[0]))
+        assert abs(int(ceiling[:, start:stop].sum(axis=1).argmax()) - tops[-1]) < 8
+    assert tops[1] - tops[0] > 100 and tops[1] == tops[2]
+    dotted = [int(floor[tops[1] + 50 :, start:stop].sum(axis=1).max()) for start, stop in edges]
+    assert dotted[0] > 20 and dotted[1:] == [0, 0]
+
+
 def test_weights_are_drawn_in_warm_colours_where_sensor_and_motor_agree(tmp_path):
     time_s = np.linspace(0, 600, 50)
     means = np.array([[3.9 if projection.agrees else 0.3 for projection in PROJECTIONS]]) + np.zeros((50, 1))
@@ -45,12 +65,11 @@ def test_weights_are_drawn_in_warm_colours_where_sensor_and_motor_agree(tmp_path
     plot_weights(tmp_path, WeightCurve(np.arange(50), time_s, means))
     image = pixels(tmp_path / WEIGHTS_PNG)[:, : 5 * 150]  # left of the legend
     upper, lower = image[: image.shape[0] // 2], image[image.shape[0] // 2 :]
-    for colour in WARM:
-        assert mask(upper, colour).sum() > 200
-        assert mask(lower, colour).sum() < 10
-    for colour in COOL:
-        assert mask(lower, colour).sum() > 100
-        assert mask(upper, colour).sum() < 10
+    for projection in PROJECTIONS:
+        colour = PROJECTION_COLOURS[projection.name]
+        own, other = (upper, lower) if projection.agrees else (lower, upper)
+        assert mask(own, colour).sum() > 100
+        assert mask(other, colour).sum() < 10
 
 
 def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
@@ -64,7 +83,7 @@ def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
     image = image[:, : int(image.shape[1] * 0.84)]  # without the colour bar
     assert POLICY_COLOURS == "Blues"
     rows, columns = np.nonzero(mask(image, "#08306b"))
-    y_target, x_target = (np.mean(places) for places in np.nonzero(mask(image, TARGET)))
+    y_target, x_target = (np.mean(places) for places in np.nonzero(mask(image, TARGET_COLOUR)))
     pixels_per_cell = (columns.max() - x_target) / 2.5
     for cell, action in certain.items():
         centre_x, centre_y = x_target + (cell.x - 3) * pixels_per_cell, y_target - (cell.y - 3) * pixels_per_cell

@@ -27,8 +27,6 @@ RULE: Final = "#dcdcd6"
 SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6d31", "#7a68b3")
 """Okabe and Ito 2008, told apart by every kind of colour vision; without their black and yellow, with two dark hues."""
 DASHES: Final = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-", (0, (5, 1.5)), (0, (2, 1.2)), "-")
-WARM: Final = ("#a63603", "#e6550d", "#fd8d3c", "#c51b8a")
-COOL: Final = ("#2166ac", "#4292c6", "#1b9e8a", "#756bb1")
 
 _STYLE: Final[dict[Any, Any]] = {
     "svg.fonttype": "none",
@@ -94,9 +92,13 @@ def curves(
     y_label: str,
     x_label: str = "epoch",
     marks: Sequence[tuple[float, str]] = (),
+    from_zero: bool = False,
     height_in: float = 4.0,
 ) -> Figure:
-    """Draw curves with their bands over epochs, yardsticks dotted, and `marks`: upright lines (x, text)."""
+    """Draw curves with their bands over epochs, yardsticks dotted, and `marks`: upright lines (x, text).
+
+    `from_zero` begins the x axis at 0, for counts.
+    """
     with canvas(height_in=height_in) as (figure, grid):
         axes = grid[0, 0]
         _prepare(axes, x_label, y_label)
@@ -111,6 +113,8 @@ def curves(
             axes.annotate(text, (x, 0.02), (4, 0), xycoords=("data", "axes fraction"), textcoords="offset points",
                           fontsize=8.5, color=SOFT)  # fmt: skip
         axes.set_ylim(bottom=0)
+        if from_zero:
+            axes.set_xlim(0.0, 1.02 * max(line.x[-1] for line in lines))
         if len(lines) > 1:
             figure.legend(loc="outside lower left", ncols=2, handlelength=2.6)
         return figure

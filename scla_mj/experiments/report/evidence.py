@@ -17,6 +17,7 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue.experiment import Experiment
+from scla_mj.experiments.report.coverage import is_reduced
 from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
@@ -60,6 +61,11 @@ class Evidence:
     def measured(self) -> bool:
         """Whether there is any finished run."""
         return bool(self.runs)
+
+    @property
+    def reduced(self) -> bool:
+        """Whether it is at another scale than the catalogue's."""
+        return is_reduced(self.experiment)
 
     @property
     def epochs(self) -> int:

@@ -6,6 +6,8 @@ REPORT_HTML: Final = "report.html"
 REPORT_MD: Final = "report.md"
 CSV: Final = "csv"
 FIGURES: Final = "figures"
+FILES_TXT: Final = "report-files.txt"
+"""Which files in `csv/` and `figures/` the report made, so that the next one can take them away again."""
 
 
 def figure_link(key: str) -> str:

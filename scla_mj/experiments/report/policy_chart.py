@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scla_mj.experiments.report import charts
 from scla_mj.grid import Action, Cell, Grid
+from scla_mj.palette import TARGET_COLOUR, TARGET_MARKER
 
 ACROSS: Final = 3
 _SHADES: Final = "Blues"
@@ -64,7 +65,7 @@ def _map(axes: Axes, policy: Policy) -> None:
             colour = mpl.colors.to_hex(colours(nearer(policy.grid, policy.probabilities, cell)))
         axes.add_patch(Rectangle((cell.x - 0.47, cell.y - 0.47), 0.94, 0.94, facecolor=colour, edgecolor="none"))
     _arrows(axes, policy)
-    axes.plot(*policy.grid.target, marker="*", color=_ARROW, ms=13 * 5 / max(width, height, 5))
+    axes.plot(*policy.grid.target, marker=TARGET_MARKER, color=TARGET_COLOUR, ms=13 * 5 / max(width, height, 5))
     axes.set(xlim=(0.5, width + 0.5), ylim=(0.5, height + 0.5), aspect="equal")
     axes.set_xticks(range(1, width + 1))
     axes.set_yticks(range(1, height + 1))

@@ -25,7 +25,10 @@ class Verdict(NamedTuple):
 
 
 def judge(study: Study, evidence: Evidence, target: Target) -> Verdict:
-    """Compare what was measured with what was wanted; a target needs every seed and every epoch that it names."""
+    """Compare what was measured with what was wanted.
+
+    A target needs every seed and every epoch that it names, at the catalogue's scale, of the experiment and its rivals.
+    """
     rivals = [study.named(name) for name in target.rivals]
     if not all(_covers(item, target) for item in (evidence, *rivals)):
         return Verdict(evidence, target, None, None, None)
@@ -43,9 +46,9 @@ def judge(study: Study, evidence: Evidence, target: Target) -> Verdict:
 
 
 def _covers(evidence: Evidence | None, target: Target) -> bool:
-    return bool(
-        evidence is not None and evidence.measured and not evidence.gaps and target.last_epoch <= evidence.epochs
-    )
+    if evidence is None or evidence.reduced or evidence.gaps:
+        return False
+    return evidence.measured and target.last_epoch <= evidence.epochs
 
 
 def _seed_means(evidence: Evidence, target: Target) -> NDArray[np.float64]:

@@ -47,10 +47,14 @@ def _curves(items: list[Evidence], series: list[int], protocol: str) -> Figure:
 
 def _early(items: list[Evidence], series: list[int], protocol: str) -> Figure:
     lines = [_early_line(item, index) for item, index in zip(items, series, strict=True)]
-    x = max((line.x for line in lines), key=len)
-    levels = _levels(items[0], x)
+    levels = _levels(items[0], np.array([0.0, max(line.x[-1] for line in lines)]))
     chart = charts.curves(
-        lines, levels, x_label="decision", y_label="hits per 1000 decisions", height_in=_height_in(items)
+        lines,
+        levels,
+        x_label="decision",
+        y_label="hits per 1000 decisions",
+        from_zero=True,
+        height_in=_height_in(items),
     )
     caption = (
         f"The beginning, in blocks of {BLOCK_DECISIONS} decisions, each drawn at its end; band: {parts.INTERVAL}. "

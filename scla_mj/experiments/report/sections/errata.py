@@ -113,8 +113,3 @@ def _floors() -> Table:
     ]
     caption = "Ceilings of other floors, in hits per 1000 decisions, by search: no seeds, no epochs."
     return Table("floors", caption, columns, tuple(rows))
-
-
-def _ceilings(cells: tuple[int, int], target: tuple[int, int]) -> tuple[float, ...]:
-    grid = exact.grid_of(cells, target)
-    return tuple(grid.ceiling_hits_per_1000(protocol) for protocol in PROTOCOLS)

@@ -121,6 +121,6 @@ def _method() -> tuple[Text, ...]:
         f"Decisions to {share}: the first decision at which the last {window} decisions earned {share} of their "
         "ceiling; the median over seeds, a seed that never did counting as last.",
         "The ceiling is an expectation: over finitely many decisions a sample may exceed it.",
-        "A target is judged only if every seed and every epoch it names is there.",
+        "A target is judged only at the catalogue's scale, and if every seed and every epoch it names is there.",
         ("The data of every table and figure lie beside this page in ", Code(f"{CSV}/"), ", in full precision."),
     )

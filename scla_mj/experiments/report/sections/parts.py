@@ -9,6 +9,7 @@ import numpy as np
 
 from scla_mj.config import RunConfig
 from scla_mj.experiments import statistics
+from scla_mj.experiments.catalogue.experiment import Experiment
 from scla_mj.experiments.report import charts
 from scla_mj.experiments.report.cells import number
 from scla_mj.experiments.report.document import Cell, Column, Interval
@@ -38,15 +39,35 @@ def seeds_text(seeds: Sequence[int]) -> str:
 
 def setting(*items: Evidence) -> str:
     """Return the sentence that every caption ends with: protocol, ceiling, seeds, epochs; a range where they differ."""
-    protocols = " and ".join(dict.fromkeys(item.experiment.config.protocol for item in items))
-    ceilings = _several([value for item in items for value in item.ceilings.tolist()], "{:.2f}")
     epochs = _several([item.epochs for item in items], "{}")
     decisions = _several([item.experiment.config.decisions for item in items], "{}")
     seeds = list(dict.fromkeys(seeds_text(item.seeds) for item in items))
     return (
-        f"Protocol {protocols}; ceiling {ceilings} hits per 1000 decisions; {' or '.join(seeds)}; "
-        f"{epochs} epochs of {decisions} decisions."
+        f"Protocol {_protocols(items)}, in hits per 1000 decisions; {' or '.join(seeds)}; "
+        f"{epochs} epoch{'s' if epochs != '1' else ''} of {decisions} decisions."
     )
+
+
+def _protocols(items: Sequence[Evidence]) -> str:
+    """Return the protocols, each with its own ceilings."""
+    ceilings: dict[str, list[float]] = {}
+    for item in items:
+        ceilings.setdefault(item.experiment.config.protocol, []).extend(item.ceilings.tolist())
+    return " and ".join(f"{name} (ceiling {_several(own, '{:.2f}')})" for name, own in ceilings.items())
+
+
+def scale_text(experiments: Sequence[Experiment]) -> str:
+    """Return the scale of some experiments in words: seeds, epochs and decisions, a range where they differ."""
+    seeds, epochs, decisions = (
+        _several([values[index] for values in map(_counts, experiments)], "{}").replace(" and ", " or ")
+        for index in range(3)
+    )
+    seed, epoch = ("" if count == "1" else "s" for count in (seeds, epochs))
+    return f"{seeds} seed{seed} and {epochs} epoch{epoch} of {decisions} decisions"
+
+
+def _counts(experiment: Experiment) -> tuple[int, int, int]:
+    return len(experiment.seeds), experiment.config.epochs, experiment.config.decisions
 
 
 def _several(values: Sequence[float], form: str) -> str:
@@ -102,7 +123,12 @@ def random_walk_hits(config: RunConfig) -> float:
 
 
 def mastery_cells(item: Evidence) -> tuple[Cell, Cell]:
-    """Return the median decision at which the seeds reached mastery (None if half never did), and how many did."""
+    """Return the median decision at which the seeds reached mastery (None if half never did), and how many did.
+
+    Both are None for runs that are shorter than the window over which mastery is measured.
+    """
+    if item.experiment.config.epochs * item.experiment.config.decisions < statistics.WINDOW_DECISIONS:
+        return None, None
     reached = [math.inf if run.mastery is None else float(run.mastery) for run in item.runs]
     middle = float(np.median(np.array(reached))) if not all(math.isinf(value) for value in reached) else math.inf
     count = sum(math.isfinite(value) for value in reached)

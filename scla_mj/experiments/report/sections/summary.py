@@ -5,6 +5,8 @@ from __future__ import annotations
 from itertools import groupby
 
 from scla_mj.experiments import statistics
+from scla_mj.experiments.catalogue import CATALOGUE
+from scla_mj.experiments.report.coverage import in_catalogue
 from scla_mj.experiments.report.document import (
     Block,
     Bullets,
@@ -18,7 +20,7 @@ from scla_mj.experiments.report.document import (
     Table,
     Text,
 )
-from scla_mj.experiments.report.evidence import Evidence, Gap, Study
+from scla_mj.experiments.report.evidence import Evidence, Study
 from scla_mj.experiments.report.sections import parts
 from scla_mj.experiments.report.verdicts import Verdict, judge
 from scla_mj.grid import PROTOCOLS
@@ -27,10 +29,10 @@ from scla_mj.grid import PROTOCOLS
 def summary(study: Study) -> Section:
     """Return the verdict on every target, and the list of what is missing."""
     verdicts = [judge(study, item, target) for item in study.evidence for target in item.experiment.targets]
-    blocks: list[Block] = [*_headlines(study), _counts(verdicts)]
+    blocks: list[Block] = [*_scale(study), *_headlines(study), *_counts(verdicts)]
     if verdicts:
         blocks.append(_table(verdicts))
-    return Section("summary", "Summary", (*blocks, *_missing(study.gaps())))
+    return Section("summary", "Summary", (*blocks, *_missing(study)))
 
 
 def _headlines(study: Study) -> list[Block]:
@@ -51,10 +53,25 @@ def _headline(item: Evidence) -> Text:
     )
 
 
-def _counts(verdicts: list[Verdict]) -> Paragraph:
+def _scale(study: Study) -> tuple[Block, ...]:
+    """Say on top where experiments are smaller than the catalogue's, so that no figure is taken for a full one."""
+    reduced = [item.experiment for item in study.evidence if item.reduced]
+    if not reduced:
+        return ()
+    own = parts.scale_text(reduced)
+    full = parts.scale_text([each for each in map(in_catalogue, reduced) if each is not None])
+    which = ":" if len(reduced) == len(study.evidence) else f" of {', '.join(each.name for each in reduced)}:"
+    text = f"{which} {own}, where the catalogue has {full}; the targets of such runs are not judged."
+    return (Paragraph((Strong("These are reduced-scale runs"), text)),)
+
+
+def _counts(verdicts: list[Verdict]) -> tuple[Block, ...]:
+    verdicts = [verdict for verdict in verdicts if not verdict.evidence.reduced]
+    if not verdicts:
+        return ()
     reached, missed, unknown = (sum(v.reached is kind for v in verdicts) for kind in (True, False, None))
     tail = f", {unknown} could not be judged from the runs that are here" if unknown else ""
-    return Paragraph((Strong(f"{reached} of {len(verdicts)} targets reached"), f", {missed} missed{tail}."))
+    return (Paragraph((Strong(f"{reached} of {len(verdicts)} targets reached"), f", {missed} missed{tail}.")),)
 
 
 def _table(verdicts: list[Verdict]) -> Table:
@@ -72,8 +89,9 @@ def _table(verdicts: list[Verdict]) -> Table:
 
 def _row(verdict: Verdict) -> tuple[Cell, ...]:
     experiment, target = verdict.evidence.experiment, verdict.target
+    unknown = Mark("not judged" if verdict.evidence.reduced else "not measured", "open")
     mark = {
-        True: Mark("reached", "good"), False: Mark("missed", "bad"), None: Mark("not measured", "open")
+        True: Mark("reached", "good"), False: Mark("missed", "bad"), None: unknown,
     }[verdict.reached]  # fmt: skip
     span = parts.span_text(target.first_epoch, target.last_epoch)
     wanted = f"{target.text}: {target.low:.1f}" if target.rivals else target.text
@@ -81,11 +99,24 @@ def _row(verdict: Verdict) -> tuple[Cell, ...]:
     return experiment.title, wanted, span, verdict.measured, interval, mark
 
 
-def _missing(gaps: list[Gap]) -> tuple[Block, ...]:
+def _missing(study: Study) -> tuple[Block, ...]:
     """Name what is not in OUT, so that nothing is taken for measured that is not."""
+    gaps = study.gaps()
     if not gaps:
-        return (Paragraph("Every run of every experiment is here and complete."),)
+        return (Paragraph(_complete(study)),)
     items = []
     for (experiment, reason), group in groupby(gaps, key=lambda gap: (gap.experiment, gap.reason)):
         items.append((Strong(experiment), f": {parts.seeds_text([gap.seed for gap in group])}: {reason}"))
     return Paragraph("Missing from this report:"), Bullets(tuple(items))
+
+
+def _complete(study: Study) -> str:
+    """Say that nothing is missing, and of what: of the catalogue only if all of it is here at its full scale."""
+    whole = {item.experiment.name for item in study.evidence if not item.reduced}
+    if whole >= {experiment.name for experiment in CATALOGUE}:
+        return "Every run of every experiment is here and complete."
+    count = sum(in_catalogue(item.experiment) is not None for item in study.evidence)
+    return (
+        "Every run that this report covers is here and complete; it covers "
+        f"{count} of the catalogue's {len(CATALOGUE)} experiments."
+    )

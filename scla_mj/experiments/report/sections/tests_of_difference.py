@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from scla_mj.experiments import statistics
 from scla_mj.experiments.report.document import Cell, Column, Table
 from scla_mj.experiments.report.evidence import Evidence, Study, generator
 from scla_mj.experiments.report.sections import parts
+
+_SEEDS_OF_AN_EFFECT: Final = 3
+"""Of fewer seeds an effect size says next to nothing: two against two lie wholly apart by chance one time in three."""
 
 
 class Pair(NamedTuple):
@@ -57,10 +60,16 @@ def compare_spans(item: Evidence, baseline: Evidence, first: int, last: int) -> 
     return statistics.compare(values, others, rng=generator())
 
 
+def _effect_sizes(pair: Pair) -> tuple[Cell, Cell]:
+    if min(len(pair.item.runs), len(pair.baseline.runs)) < _SEEDS_OF_AN_EFFECT:
+        return None, None
+    return pair.result.hedges_g, pair.result.cliffs_delta
+
+
 def _row(pair: Pair, adjusted: float) -> tuple[Cell, ...]:
     result = pair.result
     return (
         pair.item.experiment.title, pair.baseline.experiment.title, parts.span_text(pair.first, pair.last),
-        result.difference, result.p_value, adjusted, result.hedges_g, result.cliffs_delta,
+        result.difference, result.p_value, adjusted, *_effect_sizes(pair),
         f"{len(pair.item.runs)}, {len(pair.baseline.runs)}",
     )  # fmt: skip

@@ -10,6 +10,7 @@ from scla_mj.experiments.report import charts
 from scla_mj.experiments.report.document import Figure
 from scla_mj.experiments.report.evidence import Array, Evidence, generator
 from scla_mj.experiments.report.sections import parts
+from scla_mj.palette import PROJECTION_COLOURS
 
 
 def weights_figure(item: Evidence, opening: str) -> Figure:
@@ -18,9 +19,8 @@ def weights_figure(item: Evidence, opening: str) -> Figure:
     assert weights is not None
     curve = statistics.learning_curve(weights, rng=generator())
     lines: list[charts.Line] = []
-    warm, cool = iter(charts.WARM), iter(charts.COOL)
     for index, projection in enumerate(PROJECTIONS):
-        colour = next(warm if projection.agrees else cool)
+        colour = PROJECTION_COLOURS[projection.name]
         own = statistics.Curve(*(values[:, index] for values in curve))
         dash = charts.DASHES[index // 2]
         lines.append(charts.Line(projection.name.replace("to", " → "), colour, dash, parts.epoch_numbers(item), own))
