@@ -155,7 +155,8 @@ def _levels(axes: Axes, values: list[float], name: str, colour: str, line: str) 
             axes.annotate(text, (1.0, value), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
                           va="center", ha="left", fontsize=8, color=colour, annotation_clip=False)  # fmt: skip
         else:
-            axes.annotate(text, (first - 0.5, value), (2, 2), textcoords="offset points", fontsize=8, color=colour)
+            axes.annotate(text, (first - 0.5, value), (6, 5), textcoords="offset points", fontsize=8, color=colour,
+                          zorder=4, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
 
 
 def _setting(summary: Summary) -> str:

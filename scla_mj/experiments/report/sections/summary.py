@@ -94,7 +94,7 @@ def _row(verdict: Verdict) -> tuple[Cell, ...]:
         True: Mark("reached", "good"), False: Mark("missed", "bad"), None: unknown,
     }[verdict.reached]  # fmt: skip
     span = parts.span_text(target.first_epoch, target.last_epoch)
-    wanted = f"{target.text}: {target.low:.1f}" if target.rivals else target.text
+    wanted = f"{target.text}: {target.low:.1f}" if target.rivals and verdict.reached is not None else target.text
     interval: Interval | None = verdict.interval
     return experiment.title, wanted, span, verdict.measured, interval, mark
 
