@@ -143,14 +143,14 @@ def begin(goal: Goal, heading_rad: float) -> State:
     return state
 
 
-@njit
+@njit(inline="always")
 def aim(phase: int, course_rad: float, heading_rad: float, aims: int) -> State:
     """Return the state of a robot at rest that is to travel along a course, backwards if it faces away from it."""
     direction = -1.0 if math.cos(course_rad - heading_rad) < _REVERSE_COSINE else 1.0
     return State(phase, course_rad, direction, aims, 0.0, 0.0)
 
 
-@njit
+@njit(inline="always")
 def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State, float, float, int]:
     """Run one control period.
 
@@ -181,7 +181,7 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
     return state, (drive - spread) / gains.wheel_radius_m, (drive + spread) / gains.wheel_radius_m, DRIVING
 
 
-@njit
+@njit(inline="always")
 def _at_rest_there(state: State, motion: Motion, ahead_m: float, gains: Gains) -> bool:
     """Tell whether the robot is level with its target, and slow and straight enough to leave it at that."""
     facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi
@@ -192,7 +192,7 @@ def _at_rest_there(state: State, motion: Motion, ahead_m: float, gains: Gains) -
     )
 
 
-@njit
+@njit(inline="always")
 def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: float, gains: Gains) -> State:
     """Turn towards the line, and drive along it once roughly aligned, both on braking curves."""
     facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi

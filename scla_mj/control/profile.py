@@ -7,13 +7,13 @@ import math
 from numba import njit
 
 
-@njit
+@njit(inline="always")
 def wrap_angle(angle_rad: float) -> float:
     """Return the same angle in -pi..pi."""
     return math.atan2(math.sin(angle_rad), math.cos(angle_rad))
 
 
-@njit
+@njit(inline="always")
 def braking_speed(distance: float, top: float, deceleration: float, rate_per_s: float) -> float:
     """Return the signed speed from which a constant deceleration ends at the target, softened near it.
 
@@ -25,7 +25,7 @@ def braking_speed(distance: float, top: float, deceleration: float, rate_per_s: 
     return math.copysign(min(speed, top), distance)
 
 
-@njit
+@njit(inline="always")
 def slew(previous: float, wanted: float, change: float) -> float:
     """Return `wanted`, or as near to it as `change` away from `previous` allows."""
     return min(max(wanted, previous - change), previous + change)

@@ -56,7 +56,7 @@ class Body(NamedTuple):
     touch: NDArray[np.float64]
 
 
-@njit
+@njit(inline="always")
 def _sense_motion(body: Body, touched: bool) -> tuple[Motion, float]:
     """Read the pose and the body's speeds, and how upright it is (not a number if the state is not)."""
     w, x, y, z = body.qpos[3], body.qpos[4], body.qpos[5], body.qpos[6]
@@ -65,7 +65,7 @@ def _sense_motion(body: Body, touched: bool) -> tuple[Motion, float]:
     return Motion(body.qpos[0], body.qpos[1], heading, speed, body.qvel[5], touched), 1.0 - 2.0 * (x * x + y * y)
 
 
-@njit
+@njit(inline="always")
 def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
     """Fill a trajectory's row: the time, the pose with both wheels' angles, the wheel speeds as commanded."""
     row[0] = time_s
