@@ -236,6 +236,36 @@ def test_motor_populations_compete_through_inhibition():
     assert rivals[5:8].sum() < 0.8 * alone[5:8].sum()
 
 
+def test_a_drive_in_one_call_is_a_drive_period_by_period():
+    """One clock: neither network nor wheels read the other during a move, so one call may run the whole of it."""
+    config = NetworkConfig(precision="float64")
+    whole, pieces = build(config), build(config)
+    for network in (whole, pieces):
+        drive = np.zeros(1000)
+        drive[:100] = 8.0
+        network.run(50, drive)
+        network.release_dopamine(np.full(8, 0.5))
+    together = whole.run(900)
+    apart = [pieces.run(10, first_step=step) for step in range(0, 900, 10)]
+    np.testing.assert_array_equal(together.neuron, np.concatenate([spikes.neuron for spikes in apart]))
+    np.testing.assert_array_equal(together.step, np.concatenate([spikes.step for spikes in apart]))
+    np.testing.assert_allclose(whole.weights, pieces.weights, rtol=0, atol=1e-12)
+
+
+def test_late_dopamine_comes_in_its_own_step():
+    now, late = build(), build()
+    amount = np.full(8, 0.5)
+    late.release_dopamine(amount, delay_steps=30)
+    late.run(30)
+    assert not late.dopamine.any()
+    late.run(70)
+    now.run(30)
+    now.release_dopamine(amount)
+    now.run(70)
+    np.testing.assert_array_equal(late.dopamine, now.dopamine)
+    assert now.dopamine[0] == pytest.approx(0.5 * math.exp(-70 / 200))
+
+
 def test_the_population_counts_are_those_of_the_spikes():
     drive = np.zeros(1000)
     drive[200:300] = 8.0
