@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from scla_mj.brain.automaton_brain import AutomatonBrain
 from scla_mj.brain.base import Brain
+from scla_mj.brain.mistakes import told
 from scla_mj.brain.q_learning import QLearningBrain
 from scla_mj.brain.references import RandomBrain, ShortestPathBrain
 from scla_mj.brain.scla import SclaBrain
@@ -50,8 +51,10 @@ def build_brain(config: RunConfig, clock: Clock) -> Brain:
     build = BRAINS.get(config.brain) or _imported(config.brain)
     try:
         brain = build(config, clock)
-    except TypeError as error:
-        raise SclaError(f"--brain {config.brain} cannot be made from (config, clock): {error}") from error
+    except SclaError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise SclaError(f"--brain {config.brain} cannot be made from (config, clock): {told(error)}") from error
     if not isinstance(brain, Brain):
         raise SclaError(f"--brain {config.brain} is not a brain: derive its class from scla_mj.brain.Brain")
     return brain
@@ -64,8 +67,8 @@ def _imported(path: str) -> Callable[[RunConfig, Clock], Brain]:
     try:
         with _working_directory_importable():
             module = importlib.import_module(module_name)
-    except ImportError as error:
-        raise SclaError(f"--brain {path}: the module {module_name} cannot be imported ({error})") from error
+    except (Exception, SystemExit) as error:
+        raise SclaError(f"--brain {path}: the module {module_name} cannot be imported: {told(error)}") from error
     found = getattr(module, class_name, None)
     if not callable(found):
         raise SclaError(f"--brain {path}: the module {module_name} has no class {class_name}")

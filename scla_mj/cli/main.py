@@ -10,22 +10,28 @@ from scla_mj.cli.options import EXIT_BAD_INPUT, parse
 from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.rollout import Rollout
 from scla_mj.errors import SclaError
+from scla_mj.experiments.interrupts import Terminated, terminable
 
 VERBS: Final = {"rollout": Rollout, "inspect": Inspect, "reproduce": Reproduce}
 _EXIT_INTERRUPTED: Final = 130
+_EXIT_TERMINATED: Final = 143
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code: 0 done, 2 bad input, 130 interrupted."""
+    """Run the command line and return its exit code: 0 done, 2 bad input, 130 interrupted, 143 terminated."""
     try:
-        verb = parse(VERBS, sys.argv[1:] if arguments is None else arguments, prog="scla-mj")
-        return int(verb.run())
+        with terminable():
+            verb = parse(VERBS, sys.argv[1:] if arguments is None else arguments, prog="scla-mj")
+            return int(verb.run())
     except SclaError as error:
         print(f"scla-mj: {error}", file=sys.stderr)
         return EXIT_BAD_INPUT
-    except KeyboardInterrupt:
-        print("scla-mj: interrupted; what was complete is on disk", file=sys.stderr)
-        return _EXIT_INTERRUPTED
+    except KeyboardInterrupt as stop:
+        how, code = (
+            ("terminated", _EXIT_TERMINATED) if isinstance(stop, Terminated) else ("interrupted", _EXIT_INTERRUPTED)
+        )
+        print(f"scla-mj: {how}; what was complete is on disk", file=sys.stderr)
+        return code
 
 
 if __name__ == "__main__":

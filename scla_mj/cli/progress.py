@@ -54,4 +54,5 @@ class RolloutProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._bar.stop()
+        if self._done:  # rich ends even a bar that never began with an empty line
+            self._bar.stop()

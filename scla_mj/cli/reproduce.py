@@ -8,24 +8,27 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro.conf
 
+from scla_mj.cli.folders import folder
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
     from scla_mj.experiments.catalogue import Experiment
+
+_EVERYTHING: Final = ("all",)
 
 
 @dataclass(frozen=True)
 class Reproduce:
     """Run the experiments of the report, embodied, and write the report into OUT; interrupted, it goes on."""
 
-    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
+    path: Annotated[Path, tyro.conf.Positional, folder("OUT")]
     """Folder for the runs and the report."""
-    only: tuple[str, ...] = ()
-    """Experiments or groups (paper, comparison, world, ablation) to run; all of them without it."""
+    only: tuple[str, ...] = _EVERYTHING
+    """Experiments or groups (paper, comparison, world, ablation) to run."""
     workers: int = os.cpu_count() or 1
     """Runs side by side; their number changes no bit of any result."""
     seeds: int | None = None
@@ -40,58 +43,69 @@ class Reproduce:
     def run(self) -> int:
         """Run what is missing and write the report; return the exit code."""
         from scla_mj.experiments.campaign import open_jobs, run_jobs
+        from scla_mj.experiments.lock import exclusive
         from scla_mj.experiments.report import write_report
 
         experiments = self._chosen()
         if self.list:
             _print_experiments(experiments)
             return 0
-        jobs = open_jobs(self.path, experiments)
-        with _bar(len(jobs)) as advance:
-            run_jobs(jobs, workers=self.workers, watch=lambda job: advance(f"{job.experiment.name} {job.folder.name}"))
-        print(f"The report:  {write_report(self.path, experiments, command=self._command())}")
+        with exclusive(self.path):
+            jobs = open_jobs(self.path, experiments)
+            with _bar(len(jobs)) as advance:
+                watch = lambda job: advance(f"{job.experiment.name} {job.folder.name}")  # noqa: E731
+                run_jobs(jobs, workers=self.workers, watch=watch)
+            report = write_report(self.path, experiments, command=self._command())
+        print(f"The report:  {report}")
         return 0
 
     def _chosen(self) -> tuple[Experiment, ...]:
         from scla_mj.experiments.catalogue import CATALOGUE
 
-        for option, value in (("workers", self.workers), ("seeds", self.seeds), ("epochs", self.epochs)):
-            if value is not None and value < 1:
+        for option, value in (("workers", self.workers), *self._quick().items()):
+            if value < 1:
                 raise SclaError(f"--{option} is {value}: it must be 1 or more")
         names = {experiment.name for experiment in CATALOGUE}
         groups = dict.fromkeys(experiment.group for experiment in CATALOGUE)
+        if not self.only:
+            raise SclaError(f"--only names nothing: give it experiments or groups such as {', '.join(groups)}")
         for name in self.only:
-            if name not in names and name not in groups:
+            if name not in (*names, *groups, *_EVERYTHING):
                 raise SclaError(f"--only {name} is no experiment: choose {', '.join([*groups, *sorted(names)])}")
         wanted = set(self.only)
-        chosen = [e for e in CATALOGUE if not wanted or e.name in wanted or e.group in wanted]
+        chosen = [e for e in CATALOGUE if wanted & {e.name, e.group, *_EVERYTHING}]
         return tuple(self._scaled(experiment) for experiment in chosen)
 
     def _scaled(self, experiment: Experiment) -> Experiment:
         config = experiment.config
         scaled = dataclasses.replace(
             config,
-            epochs=min(config.epochs, self.epochs or config.epochs),
-            decisions=self.decisions or config.decisions,
+            epochs=config.epochs if self.epochs is None else min(config.epochs, self.epochs),
+            decisions=config.decisions if self.decisions is None else self.decisions,
         )
         scaled.check()
         return dataclasses.replace(experiment, config=scaled, seeds=experiment.seeds[: self.seeds])
 
+    def _quick(self) -> dict[str, int]:
+        """The options that make a campaign smaller, those given."""
+        options = {"seeds": self.seeds, "epochs": self.epochs, "decisions": self.decisions}
+        return {option: value for option, value in options.items() if value is not None}
+
     def _command(self) -> str:
         words = ["scla-mj", "reproduce", "OUT"]
-        if self.only:
+        if self.only != _EVERYTHING:
             words += ["--only", *self.only]
-        for option, value in (("seeds", self.seeds), ("epochs", self.epochs), ("decisions", self.decisions)):
-            if value is not None:
-                words += [f"--{option}", str(value)]
+        for option, value in self._quick().items():
+            words += [f"--{option}", str(value)]
         return " ".join(words)
 
 
 def _print_experiments(experiments: tuple[Experiment, ...]) -> None:
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
-    table = Table("experiment", "group", "seeds", "epochs", "what it asks")
+    whole = [Column(name, no_wrap=True) for name in ("experiment", "group")]  # --only needs them letter by letter
+    table = Table(*whole, "seeds", "epochs", "what it asks")
     for experiment in experiments:
         config, seeds = experiment.config, str(len(experiment.seeds))
         table.add_row(experiment.name, experiment.group, seeds, str(config.epochs), experiment.question)

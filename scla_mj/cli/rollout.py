@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro.conf
 
+from scla_mj.cli.folders import folder
 from scla_mj.config import RunConfig
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from scla_mj.runs.summary import Summary
 
 
@@ -18,7 +22,7 @@ if TYPE_CHECKING:
 class Rollout:
     """Let the robot learn to reach its target, headless, and keep everything it did in a new folder RUN."""
 
-    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    path: Annotated[Path, tyro.conf.Positional, folder("RUN")]
     """Folder to make; refused if it already holds a run."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")] = field(default_factory=RunConfig)
 
@@ -43,5 +47,11 @@ def _report(path: Path, summary: Summary) -> None:
     console = Console()
     console.print(epoch_table(summary))
     console.print(files_table(path))
+    _say(console, f"The run:  {path}")
     if (path / RECORDING_RRD).exists():
-        console.print(f"Open the recording:  rerun {path / RECORDING_RRD}", highlight=False, soft_wrap=True)
+        _say(console, f"Open the recording:  rerun {shlex.quote(str(path / RECORDING_RRD))}")
+
+
+def _say(console: Console, line: str) -> None:
+    """Print a line as it is: a path may hold what rich takes for markup, and must not be broken."""
+    console.print(line, markup=False, emoji=False, highlight=False, soft_wrap=True)

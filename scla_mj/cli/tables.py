@@ -28,7 +28,7 @@ def epoch_table(summary: Summary) -> Table:
     """Return what each epoch earned."""
     columns, rows = summary.cells
     table = Table(
-        title=f"{summary.protocol}, {columns}x{rows}, target {summary.target}, seed {summary.seed}: "
+        title=f"{summary.protocol}, {columns}x{rows}, target {summary.target}, seed {summary.seed}\n"
         f"ceiling {summary.ceiling_hits_per_1000:.2f} hits per 1000 decisions"
     )
     for name in ("epoch", "decisions", "hits", "hits per 1000", "moves per hit", "% of ceiling"):
@@ -46,7 +46,7 @@ def epoch_table(summary: Summary) -> Table:
     moved = summary.transitions
     error = "-" if summary.max_position_error_m is None else f"{1000 * summary.max_position_error_m:.2f} mm"
     table.caption = (
-        f"{moved.commanded} moves: {moved.completed} completed, {moved.blocked} blocked, {moved.failed} failed; "
+        f"{moved.commanded} moves: {moved.completed} completed, {moved.blocked} blocked, {moved.failed} failed\n"
         f"largest position error {error}; {summary.simulated_s:.0f} s simulated in {summary.wall_s:.0f} s"
     )
     return table
@@ -54,7 +54,7 @@ def epoch_table(summary: Summary) -> Table:
 
 def files_table(folder: Path) -> Table:
     """Return what the run folder holds."""
-    table = Table(title=str(folder))
+    table = Table()
     table.add_column("file")
     table.add_column("size", justify="right")
     table.add_column("what it holds")

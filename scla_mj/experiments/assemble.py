@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scla_mj.brain.registry import build_brain
+from scla_mj.brain.registry import BRAINS, build_brain
+from scla_mj.experiments.checked_brain import CheckedBrain
 from scla_mj.loop.drive import Driver
 from scla_mj.loop.floor import DirectionNoise
 from scla_mj.loop.trial import Trial
@@ -24,12 +25,13 @@ def build_trial(config: RunConfig) -> Trial:
     config.check()
     grid, clock = config.build_grid(), config.build_clock()
     world = World(grid, clock)
+    brain = build_brain(config, clock)
     return Trial(
         grid=grid,
         clock=clock,
         protocol=config.protocol,
         world=world,
-        brain=build_brain(config, clock),
+        brain=brain if config.brain in BRAINS else CheckedBrain(brain, config.brain, cells=grid.cells),
         driver=Driver(world, clock, config.controller),
         noise=DirectionNoise(config.world.direction_noise, rng=generator(config.seed, Consumer.DIRECTION_NOISE)),
         spawn=generator(config.seed, Consumer.SPAWN),

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import multiprocessing
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scla_mj.errors import SclaError
 from scla_mj.experiments.catalogue import Experiment
+from scla_mj.experiments.workers import born_deaf, pool
 from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
 
 if TYPE_CHECKING:
@@ -58,19 +59,19 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
     interrupted run leaves a folder that ends in `.part`; the next call starts that run anew.
 
     Raises:
-        SclaError: a run cannot be carried out or written.
+        SclaError: a run cannot be carried out or written, or its process was killed.
     """
-    # Fresh processes: a fork would copy locks that MuJoCo's and numba's threads may hold.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        pending = {pool.submit(_run, job.config, job.folder): job for job in jobs}
-        try:
+    try:
+        with pool(workers) as executor:
+            with born_deaf():
+                pending = {executor.submit(_run, job.config, job.folder): job for job in jobs}
             for future in _as_done(set(pending)):
                 future.result()
                 watch(pending[future])
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    except BrokenProcessPool as error:
+        raise SclaError(
+            "a run's process was killed, perhaps for want of memory: start the command again, it goes on where it was"
+        ) from error
 
 
 def _as_done(futures: set[Future[None]]) -> Iterator[Future[None]]:

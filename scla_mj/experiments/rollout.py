@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scla_mj import paths
+from scla_mj.errors import SclaError
 from scla_mj.experiments.assemble import build_trial
+from scla_mj.experiments.interrupts import held_back
 from scla_mj.markov import hits_per_1000, uniform_policy
 from scla_mj.runs import folder
 from scla_mj.runs.brain import write_brain
@@ -21,6 +23,7 @@ from scla_mj.runs.summary import EpochSummary, Summary, Tally, epoch_ceiling_hit
 if TYPE_CHECKING:
     from scla_mj.config import RunConfig
     from scla_mj.loop.trial import Trial
+    from scla_mj.runs.folder import Run
     from scla_mj.signals import DecisionRecord, Snapshot
     from scla_mj.telemetry.recording import RerunRecorder
 
@@ -35,30 +38,48 @@ def rollout(config: RunConfig, path: Path, *, watch: Watch | None = None, pictur
     `pictures` draws the three figures.
 
     Whatever ends the run early, what was complete is left readable: the decisions, their summary and the recording.
+    Ctrl-C and SIGTERM wait for the end of the decision, a second one does not. A run that ends before its first
+    decision leaves nothing.
 
     Raises:
         SclaError: the configuration cannot be run, or the folder holds a run already or cannot be written.
     """
     trial = build_trial(config)
     run = folder.create(path, config)
-    started = time.perf_counter()
-    tally, history = Tally(config), WeightHistory()
-    try:
-        with DecisionLog(run.path) as log, _recorder(config, run.path, trial) as recorder:
-            for record, snapshot in _decisions(config, trial):
-                log.write(record)
-                tally.add(record)
-                history.add(record)
-                if recorder is not None:
-                    _record(recorder, config, record, snapshot)
-                if watch is not None:
-                    watch(record, tally.epoch(record.epoch))
-    finally:
-        summary = tally.summary(simulated_s=trial.time_s, wall_s=time.perf_counter() - started)
-        _finish(run.path, trial, summary)
-        if pictures:
-            _draw(config, run.path, trial, summary, history)
-    return summary
+    account = _Account(config)
+    with held_back() as let_interrupt_through:
+        try:
+            with DecisionLog(run.path) as log, _recorder(config, run.path, trial) as recorder:
+                for record, snapshot in _decisions(config, trial):
+                    log.write(record)
+                    account.add(record, trial.time_s)
+                    if recorder is not None:
+                        _record(recorder, config, record, snapshot)
+                    if watch is not None:
+                        watch(record, account.tally.epoch(record.epoch))
+                    let_interrupt_through()
+        except BaseException:
+            with contextlib.suppress(SclaError):  # what ended the run is to be told, not what follows from it
+                _finish(run, trial, account, pictures=pictures)
+            raise
+        return _finish(run, trial, account, pictures=pictures)
+
+
+class _Account:
+    """What a run has earned, up to its last whole decision."""
+
+    def __init__(self, config: RunConfig) -> None:
+        self.tally, self.history = Tally(config), WeightHistory()
+        self._started = time.perf_counter()
+        self._simulated_s = 0.0
+
+    def add(self, record: DecisionRecord, time_s: float) -> None:
+        self.tally.add(record)
+        self.history.add(record)
+        self._simulated_s = time_s
+
+    def summary(self) -> Summary:
+        return self.tally.summary(simulated_s=self._simulated_s, wall_s=time.perf_counter() - self._started)
 
 
 def _record(recorder: RerunRecorder, config: RunConfig, record: DecisionRecord, snapshot: Snapshot | None) -> None:
@@ -109,25 +130,33 @@ def _recorder(config: RunConfig, path: Path, trial: Trial) -> Iterator[RerunReco
     try:
         yield recorder
     finally:
-        recorder.close(trial.brain.snapshot())
+        memory = None
+        with contextlib.suppress(SclaError):  # a brain that cannot tell is refused when its file is written
+            memory = trial.brain.snapshot()
+        recorder.close(memory)
 
 
-def _finish(path: Path, trial: Trial, summary: Summary) -> None:
-    """Write what is known only at the end."""
-    if summary.epochs:
-        write_brain(path, trial.brain.snapshot())
-        write_summary(path, summary)
-
-
-def _draw(config: RunConfig, path: Path, trial: Trial, summary: Summary, history: WeightHistory) -> None:
+def _finish(run: Run, trial: Trial, account: _Account, *, pictures: bool) -> Summary:
+    """Write what is known only at the end; a run without one whole decision was none, and leaves nothing."""
+    summary = account.summary()
     if not summary.epochs:
-        return
+        folder.discard(run)
+        return summary
+    write_summary(run.path, summary)
+    memory = trial.brain.snapshot()
+    write_brain(run.path, memory)
+    if pictures:
+        _draw(run, summary, memory, account.history)
+    return summary
+
+
+def _draw(run: Run, summary: Summary, memory: Snapshot, history: WeightHistory) -> None:
     from scla_mj.runs import plots  # matplotlib is slow to import
 
-    grid, memory = config.build_grid(config.epochs), trial.brain.snapshot()
-    floor = hits_per_1000(config.build_grid(), config.protocol, uniform_policy(grid))
-    plots.plot_epochs(path, summary, floor_hits_per_1000=floor)
+    first, last = run.config.build_grid(), run.config.build_grid(summary.epochs[-1].epoch)
+    floor = hits_per_1000(first, run.config.protocol, uniform_policy(first))
+    plots.plot_epochs(run.path, summary, floor_hits_per_1000=floor)
     if memory.weights is not None:
-        plots.plot_weights(path, history.curve())
+        plots.plot_weights(run.path, history.curve())
     if memory.probabilities is not None:
-        plots.plot_policy(path, grid, memory.probabilities)
+        plots.plot_policy(run.path, last, memory.probabilities)

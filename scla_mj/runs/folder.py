@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import platform
 from importlib import metadata
@@ -31,10 +32,11 @@ _VERSIONS: Final = "versions"
 
 
 class Run(NamedTuple):
-    """A run folder and the configuration that made it."""
+    """A run folder and the configuration that made it; `made` says that the folder was not there before the run."""
 
     path: Path
     config: RunConfig
+    made: bool = False
 
     def file(self, name: str) -> Path:
         """Return the path of one of the run's files (see `scla_mj.paths`)."""
@@ -48,6 +50,7 @@ def create(path: Path, config: RunConfig) -> Run:
         SclaError: the path holds a run already, is no folder, or cannot be written to.
     """
     path = Path(path)
+    made = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
         present = sorted(set(RUN_FILES).intersection(entry.name for entry in path.iterdir()))
@@ -57,8 +60,23 @@ def create(path: Path, config: RunConfig) -> Run:
         raise cannot_write(path, error) from error
     if present:
         raise SclaError(f"{path} already holds a run ({present[0]} is there): choose another RUN or move that one away")
-    write_json(path / paths.CONFIG_JSON, {**dataclasses.asdict(config), _VERSIONS: package_versions()})
-    return Run(path, config)
+    _claim(path)
+    run = Run(path, config, made)
+    try:
+        write_json(run.file(paths.CONFIG_JSON), {**dataclasses.asdict(config), _VERSIONS: package_versions()})
+    except BaseException:
+        discard(run)
+        raise
+    return run
+
+
+def discard(run: Run) -> None:
+    """Remove what a run has put into its folder, and the folder if the run made it: as if it had not been."""
+    with contextlib.suppress(OSError):
+        for name in RUN_FILES:
+            run.file(name).unlink(missing_ok=True)
+        if run.made:
+            run.path.rmdir()
 
 
 def open_run(path: Path) -> Run:
@@ -87,6 +105,16 @@ def load_config(path: Path) -> RunConfig:
     except SclaError as error:
         raise SclaError(f"{path}: {error}") from error
     return config
+
+
+def _claim(path: Path) -> None:
+    """Take the folder: of two runs that begin at once, one makes the file and the other is refused."""
+    try:
+        (path / paths.CONFIG_JSON).touch(exist_ok=False)
+    except FileExistsError as error:
+        raise SclaError(f"{path} is in use by another run: choose another RUN") from error
+    except OSError as error:
+        raise cannot_write(path, error) from error
 
 
 def package_versions() -> dict[str, str]:

@@ -84,7 +84,7 @@ class RerunRecorder:
         self._curve = LearningCurve()
         self._decision = 0
         self._last: DecisionRecord | None = None
-        self._remembered = -1
+        self._remembered: dict[str, int] = {}
         self._closed = False
 
     def move_target(self, grid: Grid, *, ceiling_hits_per_1000: float) -> None:
@@ -137,12 +137,14 @@ class RerunRecorder:
         self.close()
 
     def _keep(self, snapshot: Snapshot) -> None:
-        """Log a memory, once a decision: nothing learns between a decision's end and the run's."""
-        if self._remembered == self._decision:
-            return
-        self._remembered = self._decision
-        self._set_time()
-        log_snapshot(self._stream, snapshot, self._grid, self._weight_max)
+        """Log a memory, each part once a decision: nothing learns between a decision's end and the run's."""
+        known = [part for part, decision in self._remembered.items() if decision == self._decision]
+        fresh = snapshot._replace(**dict.fromkeys(known))
+        parts = [part for part, values in fresh._asdict().items() if values is not None]
+        self._remembered |= dict.fromkeys(parts, self._decision)
+        if parts:
+            self._set_time()
+            log_snapshot(self._stream, fresh, self._grid, self._weight_max)
 
     def _end_epoch(self) -> None:
         tally = self._curve.tally

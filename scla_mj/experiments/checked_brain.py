@@ -1,0 +1,143 @@
+"""A user's own brain, every answer checked: a mistake in it ends in one sentence that says where to look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from numbers import Integral
+from typing import Any, Final, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS
+from scla_mj.brain.base import Brain
+from scla_mj.brain.mistakes import told
+from scla_mj.errors import SclaError
+from scla_mj.grid import Action
+from scla_mj.runs.brain import PROBABILITY_TOLERANCE, WEIGHTS_SHAPE
+from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
+
+_MOST_SPIKES: Final = 2**31
+"""Spike counts go into 32-bit columns."""
+
+
+class CheckedBrain(Brain):
+    """Passes everything on to `brain`; what it raises and what it answers wrongly become a `SclaError`."""
+
+    def __init__(self, brain: Brain, name: str, *, cells: tuple[int, int]) -> None:
+        self._brain = brain
+        self._name = name
+        self._policy_shape = (*cells, len(Action))
+
+    def decide(self, percept: Percept) -> Decision:
+        """Return the brain's decision, its spike counts as a tuple of int."""
+        decision: object = self._ask("decide", percept)
+        if not isinstance(decision, Decision):
+            self._refuse("decide", "return a Decision, such as Decision(Action.UP)", decision)
+        action, advised, spikes = decision
+        if not isinstance(action, Action):
+            self._refuse("decide", "return a Decision whose action is an Action, such as Action.UP", action)
+        if advised is not None and not isinstance(advised, Action):
+            self._refuse("decide", "return a Decision whose advised is an Action or None", advised)
+        return decision if spikes is None else decision._replace(motor_spikes=self._spikes(spikes))
+
+    def learn(self, feedback: Feedback) -> None:
+        """Pass the feedback on."""
+        self._ask("learn", feedback)
+
+    def elapse(self, duration_s: float) -> None:
+        """Pass the time on."""
+        self._ask("elapse", duration_s)
+
+    def activity(self) -> Activity | None:
+        """Return the brain's activity, if it is one or None."""
+        activity: object = self._ask("activity")
+        if activity is None:
+            return None
+        if not isinstance(activity, Activity):
+            self._refuse("activity", "return an Activity or None", activity)
+        self._check_spikes(activity)
+        for part in ("mean_weights", "dopamine"):
+            values = getattr(activity, part)
+            if not (_is_array(values, (len(PROJECTIONS),), np.floating) and np.isfinite(values).all()):
+                self._refuse(
+                    "activity", f"return {part} as {len(PROJECTIONS)} finite floats, a projection each", values
+                )
+        return activity
+
+    def mean_weights(self) -> NDArray[np.float64] | None:
+        """Return the brain's mean weights."""
+        means: NDArray[np.float64] | None = self._ask("mean_weights")
+        return means
+
+    def snapshot(self) -> Snapshot:
+        """Return the brain's memory, if its files can hold it."""
+        snapshot: object = self._ask("snapshot")
+        if not isinstance(snapshot, Snapshot):
+            self._refuse("snapshot", "return a Snapshot", snapshot)
+        weights, probabilities = snapshot
+        if weights is not None and not (_is_array(weights, WEIGHTS_SHAPE, np.floating) and np.isfinite(weights).all()):
+            self._refuse("snapshot", f"return weights as finite floats of shape {WEIGHTS_SHAPE}, or None", weights)
+        if probabilities is not None and not _is_policy(probabilities, self._policy_shape):
+            wanted = (
+                f"return probabilities as float64 of shape {self._policy_shape}, a cell's four summing to 1, or None"
+            )
+            self._refuse("snapshot", wanted, probabilities)
+        return snapshot
+
+    def _ask(self, method: str, *arguments: Any) -> Any:
+        try:
+            return getattr(self._brain, method)(*arguments)
+        except SclaError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise SclaError(f"--brain {self._name}: its {method}() raised {told(error)}") from error
+
+    def _refuse(self, method: str, wanted: str, got: Any) -> NoReturn:
+        raise SclaError(f"--brain {self._name}: its {method}() must {wanted}; it gave {_shown(got)}")
+
+    def _spikes(self, counts: Any) -> tuple[int, int, int, int]:
+        if (
+            not isinstance(counts, Sequence | np.ndarray)
+            or len(counts) != len(MOTOR)
+            or not all(isinstance(count, Integral) and 0 <= int(count) < _MOST_SPIKES for count in counts)
+        ):
+            names = " ".join(population.name for population in MOTOR)
+            self._refuse("decide", f"return a Decision whose motor_spikes are four counts ({names}) or None", counts)
+        up, down, left, right = (int(count) for count in counts)
+        return up, down, left, right
+
+    def _check_spikes(self, activity: Activity) -> None:
+        steps, neurons = activity.spike_step, activity.spike_neuron
+        for part, values in (("spike_step", steps), ("spike_neuron", neurons)):
+            if not (_is_array(values, np.shape(steps)[:1], np.integer) and values.ndim == 1):
+                self._refuse("activity", f"return {part} as a flat integer array, a spike each", values)
+        if len(neurons) and (neurons.min() < 0 or neurons.max() >= NEURON_COUNT):
+            self._refuse("activity", f"return spike_neuron as indices from 0 to {NEURON_COUNT - 1}", neurons)
+        counts = (activity.thinking_spikes, activity.thinking_steps, activity.steps)
+        if not all(isinstance(count, Integral) for count in counts) or not (
+            0 <= counts[0] <= len(steps) and 0 < counts[1] <= counts[2]
+        ):
+            wanted = "return thinking_spikes of at most the spikes' number, and thinking_steps of 1 to steps"
+            self._refuse("activity", wanted, counts)
+        if len(steps) and (steps[0] < 0 or steps[-1] >= counts[2] or (np.diff(steps) < 0).any()):
+            self._refuse("activity", "return spike_step from 0 to below steps, never falling", steps)
+
+
+def _is_array(values: Any, shape: tuple[int, ...], kind: Any) -> bool:
+    return isinstance(values, np.ndarray) and values.shape == shape and np.issubdtype(values.dtype, kind)
+
+
+def _is_policy(values: Any, shape: tuple[int, ...]) -> bool:
+    return (
+        _is_array(values, shape, np.float64)
+        and bool((values >= 0.0).all())
+        and bool((np.abs(values.sum(axis=2) - 1.0) <= PROBABILITY_TOLERANCE).all())
+    )
+
+
+def _shown(got: Any) -> str:
+    if isinstance(got, np.ndarray):
+        return f"a {got.dtype} array of shape {got.shape}"
+    text = " ".join(repr(got).split())
+    return f"{text if len(text) <= 40 else text[:37] + '...'} ({type(got).__name__})"
