@@ -1,0 +1,170 @@
+"""Many runs side by side: the same bits as one after another, and safe to interrupt."""
+
+import contextlib
+import dataclasses
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from scla_mj.cli.main import main
+from scla_mj.experiments.campaign import open_jobs, run_folder, run_jobs
+from scla_mj.experiments.catalogue import CATALOGUE
+from scla_mj.experiments.catalogue.experiment import Experiment, with_settings
+from scla_mj.experiments.lock import exclusive
+from scla_mj.experiments.rollout import rollout
+
+TINY = with_settings(CATALOGUE[0].config, epochs=1, decisions=12)
+EXPERIMENTS = (
+    Experiment("one", "paper", "one", "?", TINY, (0, 1)),
+    Experiment("two", "paper", "two", "?", with_settings(TINY, brain="random"), (0,)),
+)
+
+
+def test_runs_side_by_side_give_the_bits_of_runs_one_after_another(tmp_path):
+    jobs = open_jobs(tmp_path, EXPERIMENTS)
+    assert len(jobs) == 3
+    done = []
+    run_jobs(jobs, workers=2, watch=lambda job: done.append(job.folder))
+    assert sorted(done) == sorted(job.folder for job in jobs)
+    for job in jobs:
+        alone = tmp_path / "alone" / job.experiment.name / job.folder.name
+        rollout(job.config, alone, pictures=False)
+        for name in ("decisions.parquet", "brain.npz"):
+            assert (alone / name).read_bytes() == (job.folder / name).read_bytes()
+    assert open_jobs(tmp_path, EXPERIMENTS) == []
+
+
+def test_an_interrupted_run_is_started_anew_and_finished_ones_are_left_alone(tmp_path):
+    experiment = dataclasses.replace(EXPERIMENTS[1], seeds=(0, 1))
+    first, second = open_jobs(tmp_path, [experiment])
+    rollout(first.config, first.folder, pictures=False)
+    written = (first.folder / "summary.json").stat().st_mtime_ns
+    half = second.folder.with_name(second.folder.name + ".part")
+    half.mkdir(parents=True)
+    (half / "config.json").write_text("{")
+    jobs = open_jobs(tmp_path, [experiment])
+    assert [job.folder for job in jobs] == [second.folder]
+    run_jobs(jobs, workers=1, watch=lambda job: None)
+    assert not half.exists()
+    assert (first.folder / "summary.json").stat().st_mtime_ns == written
+
+
+def test_a_run_of_other_settings_is_neither_reused_nor_overwritten(tmp_path, capsys):
+    options = ["--only", "random-any-start", "--seeds", "1", "--epochs", "1", "--workers", "1"]
+    assert main(["reproduce", str(tmp_path), *options, "--decisions", "10"]) == 0
+    folder = run_folder(tmp_path, next(e for e in CATALOGUE if e.name == "random-any-start"), 0)
+    before = (folder / "decisions.parquet").read_bytes()
+    capsys.readouterr()
+    assert main(["reproduce", str(tmp_path), *options, "--decisions", "11"]) == 2
+    assert "other settings" in capsys.readouterr().err
+    assert (folder / "decisions.parquet").read_bytes() == before
+    assert (tmp_path / "report.html").is_file()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--only", "everything"], "choose paper"),
+        (["--workers", "0"], "1 or more"),
+        (["--seeds", "0"], "1 or more"),
+        (["--decisions", "0"], "--decisions is 0: it must be 1 or more"),
+        (["--only"], "--only names nothing"),
+    ],
+)
+def test_a_bad_option_of_reproduce_gets_one_sentence(options, words, tmp_path, capsys):
+    assert main(["reproduce", str(tmp_path / "out"), *options]) == 2
+    printed = capsys.readouterr().err
+    assert words in printed
+    assert printed.startswith("scla-mj: ")
+    assert printed.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_takes_one_campaign_at_a_time(tmp_path, capsys):
+    with exclusive(tmp_path):
+        assert main(["reproduce", str(tmp_path), "--only", "random-any-start"]) == 2
+        assert f"{tmp_path} is in use by another reproduce" in capsys.readouterr().err
+        assert [path.name for path in tmp_path.iterdir()] == [".lock"]
+    with exclusive(tmp_path):
+        pass
+
+
+def test_an_out_that_is_a_file_or_without_a_name_is_refused(tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main(["reproduce", str(tmp_path / "file")]) == 2
+    assert "cannot write into" in capsys.readouterr().err
+    assert main(["reproduce", ""]) == 2
+    assert capsys.readouterr().err == "scla-mj: OUT is empty: name a folder\n"
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def processes_at_work(campaign):
+    """The pids of the processes that a campaign has started, told by the system."""
+    children = Path(f"/proc/{campaign.pid}/task/{campaign.pid}/children").read_text().split()
+    return [pid for pid in children if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+
+
+def is_alive(pid):
+    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    return False
+
+
+def wait_for(what, limit_s=60.0):
+    end = time.monotonic() + limit_s
+    while not what():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="processes are looked up in /proc")
+@pytest.mark.parametrize(
+    ("number", "to_worker", "code", "word"),
+    [
+        (signal.SIGTERM, False, 143, "terminated; what was complete is on disk"),
+        (signal.SIGKILL, False, -signal.SIGKILL, ""),
+        (signal.SIGKILL, True, 2, "a run's process was killed"),
+    ],
+)
+def test_no_process_outlives_its_campaign_however_that_ends(number, to_worker, code, word, tmp_path):
+    options = ["--only", "random-any-start", "--seeds", "2", "--workers", "2"]
+    command = [sys.executable, "-m", "scla_mj.cli.main", "reproduce", str(tmp_path), *options]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as campaign:
+        try:
+            wait_for(lambda: len(list(tmp_path.rglob("decisions.partial.arrows"))) == 2)
+            workers = processes_at_work(campaign)
+            os.kill(int(workers[0]) if to_worker else campaign.pid, number)
+            _, printed = campaign.communicate(timeout=30)
+        finally:
+            campaign.kill()
+    assert campaign.returncode == code
+    assert "Traceback" not in printed
+    assert word in (printed.splitlines() or [""])[-1]
+    assert len(workers) == 2
+    wait_for(lambda: not any(is_alive(pid) for pid in workers), limit_s=5.0)
+    with exclusive(tmp_path):
+        assert list(tmp_path.rglob("*.part"))
+
+
+def test_the_list_of_experiments_names_them_whole_on_a_narrow_terminal(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["reproduce", str(tmp_path), "--list"]) == 0
+    printed = capsys.readouterr().out.split()
+    assert {experiment.name for experiment in CATALOGUE} <= set(printed)
+    assert {experiment.group for experiment in CATALOGUE} <= set(printed)
+
+
+def test_every_experiment_of_the_catalogue_can_run_and_names_what_there_is():
+    names = [experiment.name for experiment in CATALOGUE]
+    assert len(set(names)) == len(names)
+    for experiment in CATALOGUE:
+        experiment.config.check()
+        assert experiment.baseline is None or experiment.baseline in names
+        for target in experiment.targets:
+            assert 1 <= target.first_epoch <= target.last_epoch <= experiment.config.epochs
+            assert set(target.rivals) <= set(names)
