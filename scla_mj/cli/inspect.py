@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar
 
 import tyro.conf
 
+from scla_mj.errors import SclaError
+
 if TYPE_CHECKING:
+    import pyarrow as pa
+    from rich.console import Console
     from rich.table import Table
 
-    from scla_mj.telemetry.agreement import Comparison
+    from scla_mj.config import RunConfig
+    from scla_mj.telemetry.agreement import Comparison, RunFiles
     from scla_mj.telemetry.reader import Inspection
 
 EXIT_DISAGREES: Final = 1
+_Content = TypeVar("_Content")
 
 
 @dataclass(frozen=True)
@@ -26,33 +33,124 @@ class Inspect:
     """A run folder that `scla-mj rollout` wrote."""
 
     def run(self) -> int:
-        """Print the recording and the comparison; return 0 if all agrees, 1 if not."""
+        """Print the recording and the comparison; return 0 if all agrees, 1 if not.
+
+        Raises:
+            SclaError: a file is missing or damaged; what the others hold is printed first.
+        """
         from rich.console import Console
 
-        from scla_mj.paths import RECORDING_RRD
-        from scla_mj.runs.brain import read_brain
-        from scla_mj.runs.folder import open_run
-        from scla_mj.runs.summary import read_summary
+        from scla_mj.paths import CONFIG_JSON, RECORDING_RRD
+        from scla_mj.runs.folder import load_config, open_run
         from scla_mj.telemetry.agreement import compare
         from scla_mj.telemetry.reader import inspect_recording
 
-        run = open_run(self.path)
-        inspection = inspect_recording(run.file(RECORDING_RRD))
-        console = Console()
-        for table in (_epochs(inspection), _populations(inspection), _weights(inspection)):
-            console.print(table)
-        finished = "whole" if inspection.finished else "cut off: the run did not end by itself"
-        console.print(
-            f"path length {inspection.path_length_m:.2f} m over {inspection.poses} poses, "
-            f"{inspection.simulated_s:.2f} s; telemetry {inspection.mode}; the recording is {finished}"
-        )
-        rows = compare(inspection, dataclasses.asdict(read_summary(run.path)), read_brain(run.path))
+        if not (self.path / RECORDING_RRD).exists():
+            open_run(self.path)  # what is no run at all is refused as such
+        faults: list[str] = []
+        config = _tried(lambda: load_config(self.path / CONFIG_JSON), faults)
+        inspection = inspect_recording(self.path / RECORDING_RRD)
+        console = Console(markup=False, emoji=False, highlight=False)  # a path may hold brackets or colons
+        _print_recording(console, inspection)
+        rows = compare(inspection, _read_files(self.path, config, inspection, faults))
         console.print(_comparison(rows))
-        differing = [row.what for row in rows if not row.agrees]
-        console.print(
-            f"disagree: {', '.join(differing)}" if differing else "The recording agrees with the run's files."
-        )
+        differing = [f"{row.what} ({row.file})" for row in rows if not row.agrees]
+        if differing:
+            console.print(f"disagree: {', '.join(differing)}")
+        if faults:
+            raise SclaError("; ".join(faults))
+        if not differing:
+            console.print(
+                "The recording agrees with the run's files: " + ", ".join(dict.fromkeys(r.file for r in rows))
+            )
         return EXIT_DISAGREES if differing else 0
+
+
+def _tried(read: Callable[[], _Content], faults: list[str]) -> _Content | None:
+    try:
+        return read()
+    except SclaError as fault:
+        faults.append(str(fault))
+        return None
+
+
+def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, faults: list[str]) -> RunFiles:
+    """Return what the run's other files say; of a run that was cut off only its settings can be compared."""
+    from scla_mj.paths import SUMMARY_JSON
+    from scla_mj.runs.brain import read_brain
+    from scla_mj.runs.decisions import read_decisions
+    from scla_mj.runs.summary import read_summary
+    from scla_mj.telemetry.agreement import RunFiles
+
+    files = RunFiles(config=None if config is None else _settings(config))
+    if not (path / SUMMARY_JSON).exists():
+        faults.append(f"{path / SUMMARY_JSON} is missing: the run was cut off before its summary was written")
+        if not inspection.finished:
+            return files
+    else:
+        summary = _tried(lambda: read_summary(path), faults)
+        files = files._replace(summary=None if summary is None else dataclasses.asdict(summary))
+    table = _tried(lambda: read_decisions(path), faults)
+    decisions = None if table is None else _counts(table, inspection.properties["thinking_window_s"])
+    return files._replace(decisions=decisions, brain=_tried(lambda: read_brain(path), faults))
+
+
+def _settings(config: RunConfig) -> dict[str, Any]:
+    """Return the settings that a recording carries too."""
+    grid, world = config.build_grid(), config.world
+    return {
+        "seed": config.seed,
+        "protocol": config.protocol,
+        "telemetry": config.telemetry,
+        "cells": grid.cells,
+        "target": tuple(grid.target),
+        "cell_size_m": grid.cell_size_m,
+        "thinking_window_s": config.build_clock().thinking_window_s,
+        "jump": (world.jump_epoch, world.jump_target) if world.jump_epoch else None,
+    }
+
+
+def _counts(table: pa.Table, thinking_window_s: float) -> dict[str, Any]:
+    """Return what the rows of decisions.parquet add up to, named as in summary.json."""
+    import numpy as np
+
+    from scla_mj.signals import Outcome
+
+    epoch, hit = table["epoch"].to_numpy(), table["hit"].to_numpy()
+    outcomes = table["outcome"].to_pylist()
+    error_m = float(np.max(np.abs(table["position_error_m"].to_numpy()), initial=0.0))
+    ends_s = table["time_s"].to_numpy() + thinking_window_s + table["duration_s"].to_numpy()
+    return {
+        "epochs": [
+            {"epoch": int(n), "decisions": int((epoch == n).sum()), "hits": int(hit[epoch == n].sum())}
+            for n in np.unique(epoch)
+        ],
+        "transitions": {
+            "commanded": len(outcomes),
+            "completed": outcomes.count(Outcome.MOVED.value),
+            "blocked": outcomes.count(Outcome.BLOCKED.value),
+            "failed": outcomes.count(Outcome.FAILED.value),
+        },
+        "max_position_error_m": error_m if np.isfinite(error_m) else None,
+        "simulated_s": float(np.max(ends_s, initial=0.0)),
+    }
+
+
+def _print_recording(console: Console, inspection: Inspection) -> None:
+    console.print(f"{inspection.path}", soft_wrap=True)
+    console.print(_epochs(inspection))
+    for jump in inspection.jumps:
+        console.print(f"the target jumps to cell {jump.target} at the beginning of epoch {jump.epoch}")
+    if inspection.last_weights:
+        console.print(_populations(inspection))
+        console.print(_weights(inspection))
+    else:
+        console.print("no neurons: the recording holds neither spikes nor weights")
+    finished = "whole" if inspection.finished else "cut off: the run did not end by itself"
+    console.print(
+        f"path length {inspection.path_length_m:.2f} m over {inspection.poses} poses, "
+        f"{inspection.simulated_s:.2f} s; telemetry {inspection.mode}; the recording is {finished}"
+    )
 
 
 def _table(title: str, *columns: str) -> Table:
@@ -65,9 +163,9 @@ def _table(title: str, *columns: str) -> Table:
 
 
 def _epochs(inspection: Inspection) -> Table:
-    table = _table(f"{inspection.path}: hits", "epoch", "decisions", "hits")
+    table = _table("hits", "epoch", "decisions", "hits", "ceiling, per 1000")
     for epoch in inspection.epochs:
-        table.add_row(str(epoch.epoch), str(epoch.decisions), str(epoch.hits))
+        table.add_row(str(epoch.epoch), str(epoch.decisions), str(epoch.hits), f"{epoch.ceiling_hits_per_1000:.2f}")
     return table
 
 
@@ -79,6 +177,8 @@ def _populations(inspection: Inspection) -> Table:
         table.add_row(
             population.name, str(population.thinking_spikes), f"{population.thinking_rate_hz:.2f}", whole, rate
         )
+    if inspection.mode != "full":
+        table.caption = "-: not recorded; spikes while driving are kept with --telemetry full"
     return table
 
 
@@ -90,7 +190,7 @@ def _weights(inspection: Inspection) -> Table:
 
 
 def _comparison(rows: list[Comparison]) -> Table:
-    table = _table("recording against summary.json and brain.npz", "what", "recording", "run", "agrees")
+    table = _table("the recording against the run's other files", "file", "what", "recording", "file says", "agrees")
     for row in rows:
-        table.add_row(row.what, row.recording, row.run, "yes" if row.agrees else "NO")
+        table.add_row(row.file, row.what, row.recording, row.run, "yes" if row.agrees else "NO")
     return table

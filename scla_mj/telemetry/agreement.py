@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import PROJECTION_NAMES
+from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.signals import Outcome, Snapshot
 from scla_mj.telemetry.reader import Inspection
 
@@ -18,50 +19,101 @@ _MEAN_TOLERANCE: Final = 1e-4
 """Between the mean weight that the brain reported and the mean of its matrix: float32 rounding over 10,000 weights."""
 
 
-class Comparison(NamedTuple):
-    """One figure from the recording and from the run's files, as text, and whether they agree."""
+_SETTINGS: Final = ("protocol", "seed", "telemetry")
+_CEILING: Final = "ceiling_hits_per_1000"
 
+
+class RunFiles(NamedTuple):
+    """What the run's other files say, as plain values; None for a file that is not to be compared.
+
+    `config` has seed, protocol, telemetry, cells, target, cell_size_m, thinking_window_s and jump, an epoch and a cell
+    or None. `decisions` has `epochs`, `transitions`, `max_position_error_m` and `simulated_s` as `summary` has them,
+    counted from the rows of decisions.parquet. `summary` is the content of summary.json, `brain` that of brain.npz.
+    """
+
+    config: Mapping[str, Any] | None = None
+    decisions: Mapping[str, Any] | None = None
+    summary: Mapping[str, Any] | None = None
+    brain: Snapshot | None = None
+
+
+class Comparison(NamedTuple):
+    """One figure from the recording and from another of the run's files, as text, and whether they agree."""
+
+    file: str
     what: str
     recording: str
     run: str
     agrees: bool
 
 
-def compare(inspection: Inspection, summary: Mapping[str, Any], brain: Snapshot) -> list[Comparison]:
-    """Compare every figure that both have.
+def compare(inspection: Inspection, files: RunFiles) -> list[Comparison]:
+    """Compare every figure that the recording and another file both have."""
+    rows: list[Comparison] = []
+    if files.config is not None:
+        rows += _compare_config(inspection, files.config)
+    if files.decisions is not None:
+        rows += _compare_counts(DECISIONS_PARQUET, inspection, files.decisions)
+    if files.summary is not None:
+        rows += _compare_setting(inspection, files.summary)
+        rows += _compare_counts(SUMMARY_JSON, inspection, files.summary)
+    if files.brain is not None:
+        rows += _compare_brain(inspection, files.brain)
+    return rows
 
-    Args:
-        inspection: what the recording says.
-        summary: the content of summary.json.
-        brain: the content of brain.npz.
-    """
-    return [
-        *_compare_setting(inspection, summary),
-        *_compare_epochs(inspection, summary["epochs"]),
-        *_compare_moves(inspection, summary),
-        *_compare_brain(inspection, brain),
-    ]
+
+def _equal(file: str, what: str, recording: Any, run: Any) -> Comparison:
+    return Comparison(file, what, _text(recording), _text(run), recording == run)
 
 
-def _equal(what: str, recording: Any, run: Any) -> Comparison:
-    return Comparison(what, _text(recording), _text(run), recording == run)
+def _close(file: str, what: str, recording: float, run: float, tolerance: float = 0.0) -> Comparison:
+    return Comparison(file, what, _text(recording), _text(run), math.isclose(recording, run, abs_tol=tolerance))
 
 
 def _text(value: Any) -> str:
     if isinstance(value, tuple | list):
         return " ".join(_text(part) for part in value)
+    if value is None:
+        return "none"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _compare_config(inspection: Inspection, config: Mapping[str, Any]) -> list[Comparison]:
+    known = inspection.properties
+    rows = [_equal(CONFIG_JSON, what, known[what], config[what]) for what in _SETTINGS if what in known]
+    rows += [_equal(CONFIG_JSON, what, tuple(known[what]), tuple(config[what])) for what in ("cells", "target")]
+    rows += [_close(CONFIG_JSON, what, known[what], config[what]) for what in ("cell_size_m", "thinking_window_s")]
+    last = inspection.epochs[-1].epoch if inspection.epochs else 0
+    recorded = tuple((jump.epoch, *jump.target) for jump in inspection.jumps) or None
+    jump = config["jump"]
+    run = None if jump is None or jump[0] > last else ((jump[0], *jump[1]),)
+    return [*rows, _equal(CONFIG_JSON, "jump of the target: epoch, x, y", recorded, run)]
 
 
 def _compare_setting(inspection: Inspection, summary: Mapping[str, Any]) -> list[Comparison]:
     known = inspection.properties
-    rows = [_equal(what, known[what], summary[what]) for what in ("protocol", "seed") if what in known]
-    rows += [_equal(what, tuple(known[what]), tuple(summary[what])) for what in ("cells", "target")]
-    ceiling, run = known["ceiling_hits_per_1000"], summary["ceiling_hits_per_1000"]
-    return [*rows, Comparison("ceiling, hits per 1000", _text(ceiling), _text(run), math.isclose(ceiling, run))]
+    at_once = any(jump.epoch == 1 for jump in inspection.jumps)  # summary.json then has the target from before
+    rows = [_equal(SUMMARY_JSON, what, known[what], summary[what]) for what in ("protocol", "seed") if what in known]
+    places = ("cells",) if at_once else ("cells", "target")
+    rows += [_equal(SUMMARY_JSON, what, tuple(known[what]), tuple(summary[what])) for what in places]
+    rows.append(_close(SUMMARY_JSON, "ceiling, hits per 1000", known[_CEILING], summary[_CEILING]))
+    for epoch, own in zip(inspection.epochs, summary["epochs"], strict=False):
+        rows.append(_close(SUMMARY_JSON, f"epoch {epoch.epoch}, ceiling", epoch.ceiling_hits_per_1000, own[_CEILING]))
+    return rows
 
 
-def _compare_epochs(inspection: Inspection, epochs: list[Mapping[str, Any]]) -> list[Comparison]:
+def _compare_counts(file: str, inspection: Inspection, run: Mapping[str, Any]) -> list[Comparison]:
+    moves, error_m = run["transitions"], run["max_position_error_m"]
+    rows = _compare_epochs(file, inspection, run["epochs"])
+    rows.append(_equal(file, "moves commanded", inspection.decisions, moves["commanded"]))
+    for what, outcome in (("completed", Outcome.MOVED), ("blocked", Outcome.BLOCKED), ("failed", Outcome.FAILED)):
+        rows.append(_equal(file, f"moves {what}", inspection.outcomes[outcome], moves[what]))
+    rows.append(_equal(file, "largest position error, m", inspection.max_position_error_m, error_m))
+    rows.append(_close(file, "simulated time, s", inspection.simulated_s, run["simulated_s"], _TIME_TOLERANCE_S))
+    return rows
+
+
+def _compare_epochs(file: str, inspection: Inspection, epochs: list[Mapping[str, Any]]) -> list[Comparison]:
     recorded = {epoch.epoch: (epoch.hits, epoch.decisions) for epoch in inspection.epochs}
     run = {int(epoch["epoch"]): (int(epoch["hits"]), int(epoch["decisions"])) for epoch in epochs}
 
@@ -70,6 +122,7 @@ def _compare_epochs(inspection: Inspection, epochs: list[Mapping[str, Any]]) -> 
 
     return [
         Comparison(
+            file,
             f"epoch {epoch}, hits of decisions",
             of(recorded, epoch),
             of(run, epoch),
@@ -79,24 +132,12 @@ def _compare_epochs(inspection: Inspection, epochs: list[Mapping[str, Any]]) -> 
     ]
 
 
-def _compare_moves(inspection: Inspection, summary: Mapping[str, Any]) -> list[Comparison]:
-    moves = summary["transitions"]
-    rows = [_equal("moves commanded", inspection.decisions, moves["commanded"])]
-    for what, outcome in (("completed", Outcome.MOVED), ("blocked", Outcome.BLOCKED), ("failed", Outcome.FAILED)):
-        rows.append(_equal(f"moves {what}", inspection.outcomes[outcome], moves[what]))
-    rows.append(_equal("largest position error, m", inspection.max_position_error_m, summary["max_position_error_m"]))
-    simulated_s, run_s = inspection.simulated_s, summary["simulated_s"]
-    close = math.isclose(simulated_s, run_s, abs_tol=_TIME_TOLERANCE_S)
-    return [*rows, Comparison("simulated time, s", _text(simulated_s), _text(run_s), close)]
-
-
 def _compare_brain(inspection: Inspection, brain: Snapshot) -> list[Comparison]:
     rows = []
     for number, name in enumerate(PROJECTION_NAMES if brain.weights is not None and inspection.last_weights else ()):
         assert brain.weights is not None
         recorded, run = inspection.last_weights[name], float(brain.weights[number].mean(dtype=float))
-        close = math.isclose(recorded, run, abs_tol=_MEAN_TOLERANCE)
-        rows.append(Comparison(f"last mean weight {name}", _text(recorded), _text(run), close))
+        rows.append(_close(BRAIN_NPZ, f"last mean weight {name}", recorded, run, _MEAN_TOLERANCE))
     rows.append(_same_array("last weight matrices", inspection.weights, brain.weights))
     rows.append(_same_array("last action probabilities", inspection.probabilities, brain.probabilities))
     return rows
@@ -104,9 +145,9 @@ def _compare_brain(inspection: Inspection, brain: Snapshot) -> list[Comparison]:
 
 def _same_array(what: str, recorded: NDArray[Any] | None, run: NDArray[Any] | None) -> Comparison:
     if recorded is None or run is None:
-        return Comparison(what, _shape(recorded), _shape(run), recorded is run)
+        return Comparison(BRAIN_NPZ, what, _shape(recorded), _shape(run), recorded is run)
     same = recorded.shape == run.shape and recorded.dtype == run.dtype and recorded.tobytes() == run.tobytes()
-    return Comparison(what, _shape(recorded), _shape(run) if not same else "the same bits", same)
+    return Comparison(BRAIN_NPZ, what, _shape(recorded), _shape(run) if not same else "the same bits", same)
 
 
 def _shape(array: NDArray[Any] | None) -> str:

@@ -21,11 +21,19 @@ _TRANSLATION: Final = "Transform3D:translation"
 
 
 class EpochCount(NamedTuple):
-    """Decisions and hits of one epoch."""
+    """Decisions and hits of one epoch, and the ceiling that the hits are drawn against."""
 
     epoch: int
     decisions: int
     hits: int
+    ceiling_hits_per_1000: float
+
+
+class Jump(NamedTuple):
+    """The cell of the target from an epoch on."""
+
+    epoch: int
+    target: tuple[int, int]
 
 
 class PopulationActivity(NamedTuple):
@@ -61,6 +69,8 @@ class Inspection(NamedTuple):
     last_weights: dict[str, float]
     weights: NDArray[Any] | None
     probabilities: NDArray[Any] | None
+    jumps: tuple[Jump, ...]
+    """Where the target went, in order."""
 
     @property
     def decisions(self) -> int:
@@ -88,6 +98,7 @@ def inspect_recording(path: Path) -> Inspection:
 _CONTENT: Final = [
     *(f"/{parent}/**" for parent in (names.SPIKES, names.WEIGHTS, names.WEIGHT_MATRIX)),
     *(f"/{path}" for path in (names.HIT, names.OUTCOME, names.POSITION_ERROR_M, names.ROBOT, names.PROBABILITIES)),
+    *(f"/{path}" for path in (names.CEILING, names.TARGET)),
 ]
 
 
@@ -131,6 +142,8 @@ class _Gathered:
         self._spikes = {population.name: [0, 0, 0] for population in POPULATIONS}
         self._weights: dict[str, tuple[tuple[int, float], tuple[int, float]]] = {}
         self._tensors: dict[str, tuple[int, NDArray[Any]]] = {}
+        self._ceilings: dict[int, float] = {}
+        self._offsets: list[tuple[int, int, NDArray[np.float64]]] = []
 
     def take(self, chunk: Chunk) -> None:
         """Add one chunk to the sums of its entity."""
@@ -143,6 +156,11 @@ class _Gathered:
             self._take_tensor(chunk)
         elif chunk.entity == names.ROBOT and chunk.has(_TRANSLATION):
             self._take_poses(chunk)
+        elif chunk.entity == names.TARGET and chunk.has(_TRANSLATION) and chunk.has(names.DECISION):
+            offsets_m = chunk.values(_TRANSLATION).astype(float)
+            self._offsets += zip(chunk.decision.tolist(), chunk.epoch.tolist(), offsets_m, strict=True)
+        elif chunk.entity == names.CEILING and chunk.has(_SCALARS):
+            self._ceilings.update(zip(chunk.epoch.tolist(), chunk.values(_SCALARS).tolist(), strict=True))
         elif chunk.entity == names.HIT:
             self._take_hits(chunk)
         elif chunk.entity == names.OUTCOME:
@@ -168,7 +186,10 @@ class _Gathered:
             mode=mode,
             properties=properties,
             finished=file.finished,
-            epochs=tuple(EpochCount(epoch, *self._epochs[epoch]) for epoch in sorted(self._epochs)),
+            epochs=tuple(
+                EpochCount(epoch, *self._epochs[epoch], self._ceiling(epoch, properties))
+                for epoch in sorted(self._epochs)
+            ),
             outcomes=self._outcomes,
             max_position_error_m=self._max_error_m if np.isfinite(self._max_error_m) else None,
             simulated_s=self._end_s,
@@ -179,6 +200,20 @@ class _Gathered:
             last_weights={name: last[1] for name, (_, last) in self._weights.items()},
             weights=None if None in matrices else np.stack([matrix[1] for matrix in matrices if matrix is not None]),
             probabilities=None if probabilities is None else probabilities[1],
+            jumps=self._jumps(properties),
+        )
+
+    def _ceiling(self, epoch: int, properties: dict[str, Any]) -> float:
+        """Return the ceiling of an epoch: it is logged where an epoch ends and where it changes."""
+        known = [logged for logged in self._ceilings if logged <= epoch]
+        return self._ceilings[max(known)] if known else float(properties["ceiling_hits_per_1000"])
+
+    def _jumps(self, properties: dict[str, Any]) -> tuple[Jump, ...]:
+        """Return the target's cells after the first: a jump is logged at the last decision before it."""
+        (x, y), size_m = properties["target"], properties["cell_size_m"]
+        return tuple(
+            Jump(epoch + 1 if decision else epoch, (x + round(offset[0] / size_m), y + round(offset[1] / size_m)))
+            for decision, epoch, offset in sorted(self._offsets, key=lambda row: row[0])
         )
 
     def _population(self, number: int, properties: dict[str, Any]) -> PopulationActivity:

@@ -14,8 +14,9 @@ from test_recording import open_recorder, record_run
 
 from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
 from scla_mj.errors import SclaError
+from scla_mj.grid import Cell, Grid
 from scla_mj.signals import Outcome
-from scla_mj.telemetry.agreement import compare
+from scla_mj.telemetry.agreement import RunFiles, compare
 from scla_mj.telemetry.reader import inspect_recording
 
 
@@ -49,7 +50,7 @@ def summary_of(run) -> dict:
     epochs = []
     for epoch in sorted({record.epoch for record in run}):
         hits = [record.hit for record in run if record.epoch == epoch]
-        epochs.append({"epoch": epoch, "decisions": len(hits), "hits": sum(hits)})
+        epochs.append({"epoch": epoch, "decisions": len(hits), "hits": sum(hits), "ceiling_hits_per_1000": 400.0})
     outcomes = [record.move.outcome for record in run]
     return {
         "protocol": "any-start",
@@ -67,6 +68,18 @@ def summary_of(run) -> dict:
         "max_position_error_m": max(record.move.position_error_m for record in run),
         "simulated_s": float(run[-1].move.trajectory[-1, 0]),
     }
+
+
+CONFIG = {
+    "seed": 7,
+    "protocol": "any-start",
+    "telemetry": "light",
+    "cells": (5, 5),
+    "target": (3, 3),
+    "cell_size_m": 0.3,
+    "thinking_window_s": 0.05,
+    "jump": None,
+}
 
 
 @pytest.mark.parametrize("mode", ["light", "full"])
@@ -114,8 +127,10 @@ def test_a_recording_agrees_with_its_run_in_either_precision(tmp_path, run, memo
     last = run[-1]._replace(activity=run[-1].activity._replace(mean_weights=means))
     brain = memory._replace(weights=weights)
     record_run(tmp_path / "r.rrd", "light", [*run[:-1], last], brain)
-    rows = compare(inspect_recording(tmp_path / "r.rrd"), summary_of(run), brain)
-    assert len(rows) >= 20
+    summary = summary_of(run)
+    rows = compare(inspect_recording(tmp_path / "r.rrd"), RunFiles(CONFIG, summary, summary, brain))
+    assert len(rows) >= 40
+    assert {row.file for row in rows} == {"config.json", "decisions.parquet", "summary.json", "brain.npz"}
     assert [row for row in rows if not row.agrees] == []
 
 
@@ -126,8 +141,8 @@ def test_each_difference_from_the_run_is_named(folder, run, memory):
     )
 
     def differing(**change) -> set[str]:
-        base = {row.what for row in compare(seen, summary_of(run), memory) if not row.agrees}
-        return {row.what for row in compare(seen, summary_of(run) | change, memory) if not row.agrees} - base
+        rows = compare(seen, RunFiles(summary=summary_of(run) | change))
+        return {row.what for row in rows if not row.agrees}
 
     assert differing(seed=8) == {"seed"}
     assert differing(protocol="sensed-start") == {"protocol"}
@@ -139,10 +154,42 @@ def test_each_difference_from_the_run_is_named(folder, run, memory):
     assert differing(epochs=epochs[:-1]) == {"epoch 3, hits of decisions"}
     one_bit = memory.weights.copy()
     one_bit[0, 0, 0] = np.nextafter(one_bit[0, 0, 0], np.float32(9))
-    named = {row.what: row.agrees for row in compare(seen, summary_of(run), memory._replace(weights=one_bit))}
+    named = {row.what: row.agrees for row in compare(seen, RunFiles(brain=memory._replace(weights=one_bit)))}
     assert not named["last weight matrices"] and named["last action probabilities"]
-    means = {row.what: row.agrees for row in compare(seen, summary_of(run), brain)}
+    means = {row.what: row.agrees for row in compare(seen, RunFiles(brain=brain))}
     assert all(means[f"last mean weight {name}"] for name in PROJECTION_NAMES)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"seed": 8}, "seed"),
+        ({"cells": (5, 6)}, "cells"),
+        ({"target": (3, 2)}, "target"),
+        ({"protocol": "sensed-start"}, "protocol"),
+        ({"telemetry": "full"}, "telemetry"),
+        ({"thinking_window_s": 0.04}, "thinking_window_s"),
+        ({"jump": (2, (1, 5))}, "jump of the target: epoch, x, y"),
+    ],
+)
+def test_a_setting_that_is_not_the_recordings_is_named(folder, change, named):
+    rows = compare(inspect_recording(folder / "light.rrd"), RunFiles(config=CONFIG | change))
+    assert [row.what for row in rows if not row.agrees] == [named]
+
+
+def test_a_jump_of_the_target_is_told_by_the_recording_alone(tmp_path):
+    run = list(records(epochs=3, decisions=20, spikes=10, thinking_spikes=5))
+    with open_recorder(tmp_path / "r.rrd") as recorder:
+        for record in run:
+            if (record.epoch, record.decision) == (2, 1):
+                recorder.move_target(Grid((5, 5), Cell(1, 5), 0.3), ceiling_hits_per_1000=240.0)
+            recorder.write(record)
+    seen = inspect_recording(tmp_path / "r.rrd")
+    assert seen.jumps == ((2, (1, 5)),)
+    assert [epoch.ceiling_hits_per_1000 for epoch in seen.epochs] == [400.0, 240.0, 240.0]
+    for jump, agrees in (((2, (1, 5)), True), ((3, (1, 5)), False), ((2, (1, 4)), False), (None, False)):
+        rows = compare(seen, RunFiles(config=CONFIG | {"jump": jump}))
+        assert all(row.agrees for row in rows) is agrees
 
 
 def test_of_several_snapshots_the_last_one_counts(tmp_path, run):
