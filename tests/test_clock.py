@@ -59,7 +59,10 @@ def test_a_period_between_two_base_steps_is_refused_and_a_possible_one_named(nam
             "control-period-ms 10 is not an integer multiple of --clock.physics-step-ms 4: choose 8",
         ),
         ({"neural_step_ms": 3.0}, "control-period-ms 10 is not an integer multiple of --clock.neural-step-ms 3"),
-        ({"thinking_window_ms": 55.0}, "thinking-window-ms 55 is not an integer multiple of --clock.control-period-ms 10"),
+        (
+            {"thinking_window_ms": 55.0},
+            "thinking-window-ms 55 is not an integer multiple of --clock.control-period-ms 10",
+        ),
     ],
 )
 def test_periods_that_do_not_divide_are_refused_in_one_sentence(changes, said):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Final
 
+from scla_mj.cli.bench import Bench
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
 from scla_mj.cli.reproduce import Reproduce
@@ -12,7 +13,7 @@ from scla_mj.cli.rollout import Rollout
 from scla_mj.errors import SclaError
 from scla_mj.experiments.interrupts import Terminated, terminable
 
-VERBS: Final = {"rollout": Rollout, "inspect": Inspect, "reproduce": Reproduce}
+VERBS: Final = {"rollout": Rollout, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
 _EXIT_INTERRUPTED: Final = 130
 _EXIT_TERMINATED: Final = 143
 

@@ -41,7 +41,7 @@ def _mujoco_library() -> str:
 
 # The compiled loop calls MuJoCo's C function directly; llvmlite must know the library before numba loads its cache.
 llvmlite.binding.load_library_permanently(_mujoco_library())
-_mj_step: Final = types.ExternalFunction("mj_step", types.void(types.intp, types.intp))
+mj_step: Final = types.ExternalFunction("mj_step", types.void(types.intp, types.intp))
 
 
 class Body(NamedTuple):
@@ -117,7 +117,7 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
             body.ctrl[0], body.ctrl[1] = left, right
             touched = False
             for _ in range(body.steps_per_period):
-                _mj_step(body.model_address, body.data_address)
+                mj_step(body.model_address, body.data_address)
                 touched |= body.touch[0] > 0.0 or body.touch[1] > 0.0
             _write_row(rows[first_row + period], (elapsed + period + 1) * gains.period_s, body)
         return limit, DRIVING
