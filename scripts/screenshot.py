@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -76,11 +77,21 @@ def _viewer(recording: Path, size: tuple[int, int]) -> Iterator[Any]:
         "--bind", "127.0.0.1", "--port", str(port), str(recording.resolve()),
     ]  # fmt: skip
     environment = {"XDG_RUNTIME_DIR": "/tmp"} | os.environ
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
-    try:
+    with _group_of(command, environment) as process:
         yield _connected(process, port)
+
+
+@contextlib.contextmanager
+def _group_of(command: list[str], environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a command in a session of its own, and end all of it: what it started too, and if it ended itself too."""
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, start_new_session=True
+    )
+    try:
+        yield process
     finally:
-        process.terminate()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)  # it holds nothing to save, and must not outlive its parent
         process.wait()
 
 
