@@ -117,3 +117,31 @@ def test_the_documented_brain_of_ones_own_is_short_and_works(tmp_path, monkeypat
 def test_what_is_no_brain_is_refused_in_a_sentence(name, word):
     with pytest.raises(SclaError, match=word):
         build(name)
+
+
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        ("def half(:\n", "cannot be imported: SyntaxError: invalid syntax"),
+        ("import sys\nsys.exit(3)\n", "cannot be imported: SystemExit: 3, {file} line 2"),
+        ("1 / 0\n", "cannot be imported: ZeroDivisionError: division by zero, {file} line 1"),
+        (
+            "import absent_library\n",
+            "cannot be imported: ModuleNotFoundError: No module named 'absent_library', {file}",
+        ),
+        ("import json\njson.loads('[')\n", "column 2 (char 1), {file} line 2"),
+        ("class Brain:\n    def __init__(self, config, clock):\n        config.nothing\n", "'nothing', {file} line 3"),
+        ("def Brain(config, clock):\n    raise ValueError('two\\nlines')\n", "ValueError: two lines, {file} line 2"),
+        ("from scla_mj.brain import Brain as Base\n\nclass Brain(Base):\n    pass\n", "Brain() takes no arguments"),
+    ],
+)
+def test_a_brain_that_cannot_be_imported_or_made_is_told_with_its_file_and_line(source, said, tmp_path, monkeypatch):
+    module = f"mistaken_{tmp_path.name}"
+    file = tmp_path / f"{module}.py"
+    file.write_text(source)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SclaError) as refusal:
+        build(f"{module}:Brain")
+    assert said.format(file=file) in str(refusal.value)
+    assert str(refusal.value).count(str(file)) == ("takes no" not in said)
+    assert "\n" not in str(refusal.value)

@@ -71,6 +71,30 @@ def test_a_run_is_never_written_over_another_nor_into_a_file(tmp_path, capsys):
     assert (tmp_path / "file").read_text() == "mine"
 
 
+def test_a_folder_without_a_name_is_refused_and_a_tilde_is_the_home_folder(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    assert "RUN is empty" in refused(["rollout", ""], capsys)
+    assert "OUT is empty" in refused(["reproduce", " "], capsys)
+    assert "nobody" in refused(["rollout", "~no-such-user/run"], capsys)
+    assert list(tmp_path.iterdir()) == []
+    options = ["--epochs", "1", "--decisions", "2", "--telemetry", "off", "--brain", "random"]
+    assert main(["rollout", "~/run", *options]) == 0
+    assert (tmp_path / "run" / "summary.json").is_file()
+
+
+def test_the_end_of_a_rollout_reads_well_at_80_columns_whatever_its_folder_is_called(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    run = tmp_path / "a [bold] name:smile:" / "run"
+    assert main(["rollout", str(run), "--epochs", "1", "--decisions", "2", "--brain", "random"]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert f"The run:  {run}" in lines
+    assert f"Open the recording:  rerun '{run / 'recording.rrd'}'" in lines
+    assert lines[:2] == ["any-start, 5x5, target (3, 3), seed 0", "ceiling 400.00 hits per 1000 decisions"]
+    assert any(re.fullmatch(r"2 moves: \d completed, \d blocked, 0 failed", line) for line in lines)
+    assert any(re.fullmatch(r"largest position error \S+ mm; \d s simulated in \d+ s", line) for line in lines)
+
+
 def test_inspecting_what_is_no_run_gets_one_sentence(tmp_path, capsys):
     assert "no run folder" in refused(["inspect", str(tmp_path / "nowhere")], capsys)
     assert "config.json" in refused(["inspect", str(tmp_path)], capsys)

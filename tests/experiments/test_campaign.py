@@ -103,6 +103,18 @@ def test_an_out_that_is_a_file_or_without_a_name_is_refused(tmp_path, capsys):
     assert (tmp_path / "file").read_text() == "mine"
 
 
+@contextlib.contextmanager
+def campaign_in(out):
+    options = ["--only", "random-any-start", "--seeds", "2", "--workers", "2"]
+    command = [sys.executable, "-m", "scla_mj.cli.main", "reproduce", str(out), *options]
+    pipes = {"stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL}
+    with subprocess.Popen(command, **pipes, text=True, start_new_session=True) as campaign:
+        try:
+            yield campaign
+        finally:
+            campaign.kill()
+
+
 def processes_at_work(campaign):
     """The pids of the processes that a campaign has started, told by the system."""
     children = Path(f"/proc/{campaign.pid}/task/{campaign.pid}/children").read_text().split()
@@ -124,24 +136,19 @@ def wait_for(what, limit_s=60.0):
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="processes are looked up in /proc")
 @pytest.mark.parametrize(
-    ("number", "to_worker", "code", "word"),
+    ("number", "to", "code", "word"),
     [
-        (signal.SIGTERM, False, 143, "terminated; what was complete is on disk"),
-        (signal.SIGKILL, False, -signal.SIGKILL, ""),
-        (signal.SIGKILL, True, 2, "a run's process was killed"),
+        (signal.SIGTERM, "parent", 143, "terminated; what was complete is on disk"),
+        (signal.SIGKILL, "parent", -signal.SIGKILL, ""),
+        (signal.SIGKILL, "worker", 2, "a run's process was killed"),
     ],
 )
-def test_no_process_outlives_its_campaign_however_that_ends(number, to_worker, code, word, tmp_path):
-    options = ["--only", "random-any-start", "--seeds", "2", "--workers", "2"]
-    command = [sys.executable, "-m", "scla_mj.cli.main", "reproduce", str(tmp_path), *options]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as campaign:
-        try:
-            wait_for(lambda: len(list(tmp_path.rglob("decisions.partial.arrows"))) == 2)
-            workers = processes_at_work(campaign)
-            os.kill(int(workers[0]) if to_worker else campaign.pid, number)
-            _, printed = campaign.communicate(timeout=30)
-        finally:
-            campaign.kill()
+def test_no_process_outlives_its_campaign_however_that_ends(number, to, code, word, tmp_path):
+    with campaign_in(tmp_path) as campaign:
+        wait_for(lambda: len(list(tmp_path.rglob("decisions.partial.arrows"))) == 2)
+        workers = processes_at_work(campaign)
+        os.kill(campaign.pid if to == "parent" else int(workers[0]), number)
+        _, printed = campaign.communicate(timeout=30)
     assert campaign.returncode == code
     assert "Traceback" not in printed
     assert word in (printed.splitlines() or [""])[-1]
@@ -149,6 +156,18 @@ def test_no_process_outlives_its_campaign_however_that_ends(number, to_worker, c
     wait_for(lambda: not any(is_alive(pid) for pid in workers), limit_s=5.0)
     with exclusive(tmp_path):
         assert list(tmp_path.rglob("*.part"))
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="processes are looked up in /proc")
+def test_ctrl_c_which_a_terminal_sends_to_every_process_is_told_once(tmp_path):
+    with campaign_in(tmp_path) as campaign:
+        wait_for(lambda: len(processes_at_work(campaign)) == 2)
+        time.sleep(0.2)  # the processes now import, and would complain
+        os.killpg(campaign.pid, signal.SIGINT)
+        _, printed = campaign.communicate(timeout=30)
+    assert campaign.returncode == 130
+    assert "Traceback" not in printed
+    assert printed.endswith("scla-mj: interrupted; what was complete is on disk\n")
 
 
 def test_the_list_of_experiments_names_them_whole_on_a_narrow_terminal(tmp_path, monkeypatch, capsys):

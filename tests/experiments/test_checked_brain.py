@@ -160,18 +160,22 @@ class Tiring(Brain):
 def test_a_run_refused_at_its_first_decision_leaves_nothing_and_later_what_was_complete(tmp_path, monkeypatch, capsys):
     (tmp_path / "tiring_brain.py").write_text(TIRING)
     monkeypatch.chdir(tmp_path)
-    options = ["--brain", "tiring_brain:Tiring", "--telemetry", "off", "--decisions", "9", "--epochs", "1"]
-    assert main(["rollout", "run", *options, "--seed", "0"]) == 2
+    options = ["--brain", "tiring_brain:Tiring", "--decisions", "9", "--epochs", "1", "--telemetry"]
+    assert main(["rollout", "run", *options, "off", "--seed", "0"]) == 2
     assert capsys.readouterr().err.startswith(
         "scla-mj: --brain tiring_brain:Tiring: its decide() must return a Decision"
     )
     assert not (tmp_path / "run").exists()
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    assert main(["rollout", "mine", *options, "--seed", "0"]) == 2
+    assert main(["rollout", "mine", *options, "off", "--seed", "0"]) == 2
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
     capsys.readouterr()
-    assert main(["rollout", "run", *options, "--seed", "3"]) == 2
+    assert main(["rollout", "run", *options, "off", "--seed", "3"]) == 2
     assert "its decide() must return a Decision" in capsys.readouterr().err
     assert read_decisions(tmp_path / "run").num_rows == 3
     assert read_summary(tmp_path / "run").epochs[0].decisions == 3
+    capsys.readouterr()
+    assert main(["rollout", "recorded", *options, "light", "--seed", "3"]) == 2
+    assert "its snapshot() must return a Snapshot" in capsys.readouterr().err
+    assert not (tmp_path / "recorded").exists()

@@ -8,8 +8,10 @@ import pytest
 
 from scla_mj.cli.main import main
 from scla_mj.experiments.interrupts import Terminated, held_back, terminable
+from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.summary import read_summary
+from scla_mj.telemetry.reader import inspect_recording
 
 SIGNALLING = """
 import os, signal
@@ -21,15 +23,16 @@ class {name}(SclaBrain):
     def decide(self, percept):
         self.decided += 1
         if self.decided == {decision}:
-            os.kill(os.getpid(), signal.{signal})
+            for _ in range({times}):
+                os.kill(os.getpid(), signal.{signal})
         return super().decide(percept)
 """
 
 
-def rollout_with_a_signal(number, decision, folder, monkeypatch):
+def rollout_with_a_signal(number, decision, folder, monkeypatch, times=1):
     """Run with a brain that is sent a signal in the middle of a decision; returns the exit code."""
-    module = f"signalling_{number.name}_{decision}".lower()
-    source = SIGNALLING.format(name="Signalled", decision=decision, signal=number.name)
+    module = f"signalling_{number.name}_{decision}_{times}".lower()
+    source = SIGNALLING.format(name="Signalled", decision=decision, signal=number.name, times=times)
     (folder / f"{module}.py").write_text(source)
     monkeypatch.chdir(folder)
     return main(["rollout", "run", "--brain", f"{module}:Signalled", "--epochs", "1", "--decisions", "60"])
@@ -48,6 +51,16 @@ def test_a_signal_waits_for_the_decision_and_leaves_files_that_agree(number, cod
     assert summary.simulated_s == pytest.approx(rows[-1]["time_s"] + 0.05 + rows[-1]["duration_s"])
     assert main(["inspect", "run"]) == 0, capsys.readouterr().out
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_a_second_signal_cuts_the_decision_and_still_leaves_a_readable_run(tmp_path, monkeypatch):
+    assert rollout_with_a_signal(signal.SIGTERM, 10, tmp_path, monkeypatch, times=2) == 143
+    rows = read_decisions(tmp_path / "run").to_pylist()
+    assert len(rows) == 9
+    summary = read_summary(tmp_path / "run")
+    assert summary.simulated_s == pytest.approx(rows[-1]["time_s"] + 0.05 + rows[-1]["duration_s"])
+    assert read_brain(tmp_path / "run").weights is not None
+    assert inspect_recording(tmp_path / "run" / "recording.rrd").finished
 
 
 def test_a_first_signal_is_held_back_and_a_second_acts_at_once():

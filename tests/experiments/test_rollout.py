@@ -11,7 +11,9 @@ from scla_mj.experiments.rollout import rollout
 from scla_mj.grid import Action, Cell
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
+from scla_mj.runs.plots import plot_policy
 from scla_mj.runs.summary import read_summary
+from scla_mj.telemetry.reader import inspect_recording
 
 QUICK = RunConfig(epochs=1, decisions=40, telemetry="off")
 
@@ -116,6 +118,30 @@ def test_a_run_that_is_interrupted_keeps_every_complete_decision(tmp_path):
     assert read_decisions(tmp_path / "run").num_rows == 17
     assert read_summary(tmp_path / "run").epochs[0].decisions == 17
     assert read_brain(tmp_path / "run").weights is not None
+
+
+def test_a_run_cut_before_its_target_jumps_draws_the_target_where_it_was(tmp_path):
+    config = dataclasses.replace(QUICK, brain="automaton", epochs=2, world=WorldConfig(jump_epoch=2))
+
+    def stop(record, epoch):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        rollout(config, tmp_path / "cut", watch=stop)
+    plot_policy(tmp_path, config.build_grid(1), read_brain(tmp_path / "cut").probabilities)
+    assert (tmp_path / "cut" / "policy.png").read_bytes() == (tmp_path / "policy.png").read_bytes()
+
+
+def test_a_recording_ends_with_the_weights_of_the_files_wherever_the_run_is_cut(tmp_path):
+    def stop(record, epoch):
+        if record.decision == 25:  # where the recording has just kept the probabilities alone
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        rollout(dataclasses.replace(QUICK, telemetry="light"), tmp_path / "run", watch=stop, pictures=False)
+    weights = read_brain(tmp_path / "run").weights
+    recorded = inspect_recording(tmp_path / "run" / "recording.rrd").weights
+    assert np.array_equal(recorded, weights)
 
 
 @pytest.mark.parametrize("brain", ["automaton", "network", "random", "q-learning", "shortest-path"])

@@ -4,6 +4,8 @@ import dataclasses
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
 
 import pytest
 from hypothesis import given
@@ -13,7 +15,7 @@ from scla_mj import paths
 from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.runs.atomic import write_json
-from scla_mj.runs.folder import RUN_FILES, create, load_config, open_run
+from scla_mj.runs.folder import RUN_FILES, create, discard, load_config, open_run
 from scla_mj.runs.settings import settings_from_json
 
 
@@ -46,6 +48,30 @@ def test_a_folder_that_holds_any_file_of_a_run_is_refused_untouched(tmp_path, na
     said = refused(create, tmp_path, RunConfig())
     assert f"already holds a run ({name} is there)" in said
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [(name, b"precious")]
+
+
+def test_of_runs_that_begin_at_once_in_one_folder_exactly_one_gets_it(tmp_path):
+    together = Barrier(4)
+
+    def begin(folder):
+        together.wait()
+        try:
+            return create(folder, RunConfig())
+        except SclaError:
+            return None
+
+    with ThreadPoolExecutor(4) as threads:
+        for round_ in range(20):
+            runs = list(threads.map(begin, [tmp_path / str(round_)] * 4))
+            assert sum(run is not None for run in runs) == 1
+
+
+def test_a_discarded_run_takes_its_own_files_with_it_and_nothing_else(tmp_path):
+    discard(create(tmp_path / "new", RunConfig()))
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "notes.txt").write_text("mine")
+    discard(create(tmp_path, RunConfig()))
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
 def test_every_name_in_a_run_folder_is_guarded():
