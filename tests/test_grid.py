@@ -1,4 +1,4 @@
-"""The discrete world against hand arithmetic and the contract's exact ceilings."""
+"""The discrete world against hand arithmetic and the exact ceilings of docs/errata.md."""
 
 import itertools
 
@@ -21,7 +21,7 @@ PAPER = Grid((5, 5), Cell(3, 3), 0.3)
         ((7, 7), (4, 4), 2000 / 7),
     ],
 )
-def test_the_any_start_ceiling_is_the_contracts(cells, target, ceiling):
+def test_the_any_start_ceiling_is_that_of_docs_errata(cells, target, ceiling):
     assert Grid(cells, Cell(*target), 0.3).ceiling_hits_per_1000("any-start") == pytest.approx(ceiling, rel=1e-12)
 
 

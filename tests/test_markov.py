@@ -1,4 +1,4 @@
-"""A policy's exact earnings against the contract's figures and a closed form."""
+"""A policy's exact earnings against the figures of docs/errata.md and a closed form."""
 
 import numpy as np
 import pytest

@@ -28,13 +28,14 @@ from scla_mj.experiments.report.sections import parts
 from scla_mj.limits import flatten
 from scla_mj.runs.folder import package_versions
 
+_COMMAND: Final = "This command wrote the report. It runs what it names and OUT lacks, and reports all that OUT then holds:"
 _OF_THE_REPORT: Final = ("scipy", "matplotlib")
 _OF_THE_EXPERIMENT: Final = ("seed", "telemetry")
 
 
 def making(study: Study, command: str) -> Section:
     """Return what someone needs to make the report again and to judge its method."""
-    blocks: list[Block] = [Paragraph("One command makes all of it again:"), Listing(command)]
+    blocks: list[Block] = [Paragraph(_COMMAND), Listing(command)]
     blocks += [_experiments(study), _defaults(), _versions(), Paragraph("Method:"), Bullets(_method())]
     return Section("making", "How this was made", tuple(blocks))
 
