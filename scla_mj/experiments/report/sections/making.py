@@ -28,7 +28,9 @@ from scla_mj.experiments.report.sections import parts
 from scla_mj.limits import flatten
 from scla_mj.runs.folder import package_versions
 
-_COMMAND: Final = "This command wrote the report. It runs what it names and OUT lacks, and reports all that OUT then holds:"
+_COMMAND: Final = (
+    "This command wrote the report. It runs what it names and OUT lacks, and reports all that OUT then holds:"
+)
 _OF_THE_REPORT: Final = ("scipy", "matplotlib")
 _OF_THE_EXPERIMENT: Final = ("seed", "telemetry")
 
