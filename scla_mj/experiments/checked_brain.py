@@ -7,7 +7,6 @@ from numbers import Integral
 from typing import Any, Final, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS
 from scla_mj.brain.base import Brain
@@ -64,11 +63,6 @@ class CheckedBrain(Brain):
                     "activity", f"return {part} as {len(PROJECTIONS)} finite floats, a projection each", values
                 )
         return activity
-
-    def mean_weights(self) -> NDArray[np.float64] | None:
-        """Return the brain's mean weights."""
-        means: NDArray[np.float64] | None = self._ask("mean_weights")
-        return means
 
     def snapshot(self) -> Snapshot:
         """Return the brain's memory, if its files can hold it."""
