@@ -6,9 +6,9 @@ from typing import Any, Final
 
 from scla_mj.config import RunConfig
 from scla_mj.experiments.catalogue.experiment import (
+    FIVE_SEEDS,
     SHORT,
     SHORT_SENSED,
-    THREE_SEEDS,
     Experiment,
     with_settings,
 )
@@ -16,7 +16,7 @@ from scla_mj.experiments.catalogue.experiment import (
 
 def _ablation(name: str, title: str, question: str, base: RunConfig = SHORT, **settings: Any) -> Experiment:
     baseline = "scla-any-start" if base.protocol == "any-start" else "scla-sensed-start"
-    return Experiment(name, "ablation", title, question, with_settings(base, **settings), THREE_SEEDS, baseline)
+    return Experiment(name, "ablation", title, question, with_settings(base, **settings), FIVE_SEEDS, baseline)
 
 
 ABLATION: Final = (

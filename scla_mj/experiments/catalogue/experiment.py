@@ -14,7 +14,6 @@ Statistic = Literal["mean hits per 1000", "mean percent of ceiling", "worst seed
 PAPER_EPOCHS: Final = 30
 TEN_SEEDS: Final = tuple(range(10))
 FIVE_SEEDS: Final = tuple(range(5))
-THREE_SEEDS: Final = tuple(range(3))
 ABLATION_EPOCHS: Final = 5
 WORLD_EPOCHS: Final = 14
 GRID_EPOCHS: Final = 10
