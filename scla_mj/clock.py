@@ -22,7 +22,6 @@ _BASE, _NEURAL, _PHYSICS, _CONTROL, _THINKING = (
 class Clock:
     """The periods of a run, each known to divide the next: base <= neural, physics <= control and thinking window."""
 
-    base_step_s: float
     neural_step_ms: float
     physics_step_s: float
     control_period_s: float
@@ -59,7 +58,6 @@ def resolve_clock(config: ClockConfig) -> Clock:
     ):
         _multiple(option, period_ms, _BASE, base)
     return Clock(
-        base_step_s=base / 1000,
         neural_step_ms=config.neural_step_ms,
         physics_step_s=config.physics_step_ms / 1000,
         control_period_s=control / 1000,

@@ -31,7 +31,6 @@ _SIDES: Final = len(Action)
 _SIDE_SIZE: Final = SENSORY[0].size
 _MOTOR_START: Final = MOTOR[0].start
 _INHIBITORY_START: Final = INHIBITORY[0].start
-_INHIBITORY_SIZE: Final = INHIBITORY[0].size
 _POPULATION_STARTS: Final = np.array([p.start for p in POPULATIONS] + [NEURON_COUNT])
 _POPULATION_OF: Final = np.repeat(np.arange(len(POPULATIONS)), [p.size for p in POPULATIONS])
 _MOTOR_OF: Final = np.array([int(p.motor) for p in PROJECTIONS])

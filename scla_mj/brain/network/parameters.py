@@ -29,7 +29,7 @@ FAST_SPIKING: Final = CellType(0.1, 0.2, -65.0, 2.0)
 
 # Below these, dopamine and eligibility (FLOOR) and STDP traces (TRACE_FLOOR) are zero: subnormal numbers would slow the
 # kernel thirteen-fold, and without dopamine a spike costs half. What is cut off moves no weight by as much as its own
-# rounding: rate tau FLOOR is 5e-7 in float32, where a weight of 4 has steps of 4.8e-7.
+# rounding: rate tau_d FLOOR times an eligibility of 0.4 is 4e-7 in float32, where a weight of 4 has steps of 4.8e-7.
 FLOOR: Final = {"float32": 1e-7, "float64": 1e-12}
 TRACE_FLOOR: Final = 1e-6
 
