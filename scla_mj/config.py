@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 import tyro.conf
 
 from scla_mj.clock import Clock, resolve_clock
+from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid, StartProtocol
 from scla_mj.limits import check_limits
@@ -21,6 +22,7 @@ Scheme = Literal["reward-penalty", "reward-inaction", "reward-epsilon-penalty", 
 Precision = Literal["float32", "float64"]
 Modulation = Literal["signed", "scalar"]
 Credit = Literal["executed", "decided"]
+Localisation = Literal["truth", "odometry", "sensors"]
 
 
 @dataclass(frozen=True)
@@ -206,6 +208,8 @@ class RunConfig:
     """scla, automaton, network, random, q-learning, shortest-path, or package.module:Class for your own."""
     telemetry: Telemetry = "light"
     """What recording.rrd keeps: nothing, the thinking windows, or every spike."""
+    localisation: Localisation = "truth"
+    """How the robot knows where it is: the simulator tells it, wheel encoders and gyro do, or these and range rays."""
     grid: Annotated[GridConfig, tyro.conf.arg(name="")] = field(default_factory=GridConfig)
     world: WorldConfig = field(default_factory=WorldConfig)
     clock: ClockConfig = field(default_factory=ClockConfig)
@@ -214,6 +218,7 @@ class RunConfig:
     automaton: AutomatonConfig = field(default_factory=AutomatonConfig)
     q_learning: QLearningConfig = field(default_factory=QLearningConfig)
     controller: ControllerConfig = field(default_factory=ControllerConfig)
+    disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
 
     def build_grid(self, epoch: int = 1) -> Grid:
         """Return the checked grid, with the target where it is in that epoch."""

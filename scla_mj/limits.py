@@ -60,6 +60,13 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     "controller.reaim-fraction": (0.005, 0.5),
     "controller.reaim-limit": (0, 100),
     "controller.timeout-s": (0.1, 600.0),
+    "disturbance.friction-scale": (0.05, 5.0),
+    "disturbance.mass-scale": (0.2, 5.0),
+    "disturbance.wheel-mismatch": (0.0, 0.2),
+    "disturbance.command-noise": (0.0, 2.0),
+    "disturbance.push-n-per-kg": (0.0, 100.0),  # ten times its weight
+    "disturbance.latency-periods": (0, 100),
+    "disturbance.tilt-deg": (0.0, 20.0),  # beyond, a robot at rest is close to what counts as fallen
 }
 
 
@@ -71,17 +78,28 @@ def check_limits(config: RunConfig) -> None:
     """
     values = flatten(config)
     for option, value in values.items():
-        if isinstance(value, float) and not math.isfinite(value):
-            raise SclaError(f"--{option} is {value}: it must be a finite number")
+        if any(isinstance(part, float) and not math.isfinite(part) for part in _parts(value)):
+            raise SclaError(f"--{option} is {_shown(value)}: it must be a finite number")
     for option, (low, high) in RANGES.items():
         value = values[option]
-        if not low <= value <= high:
+        if not all(low <= part <= high for part in _parts(value)):
             bound = f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
-            raise SclaError(f"--{option} is {value}: it must be {bound}")
+            raise SclaError(f"--{option} is {_shown(value)}: it must be {bound}")
+        if list(_parts(value)) != sorted(_parts(value)):
+            raise SclaError(f"--{option} is {_shown(value)}: a range wants its lower end first")
     if config.network.weight_low > config.network.weight_high:
         raise SclaError("--network.weight-low is above --network.weight-high: swap them")
     if config.network.weight_high > config.network.weight_max:
         raise SclaError("--network.weight-high is above --network.weight-max: initial weights must lie within the clip")
+
+
+def _parts(value: Any) -> tuple[Any, ...]:
+    """Return a range's two ends, or the one value there is."""
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _shown(value: Any) -> str:
+    return " ".join(map(str, _parts(value)))
 
 
 def flatten(config: RunConfig) -> dict[str, Any]:

@@ -16,6 +16,9 @@ class Consumer(enum.IntEnum):
     TIES = 3
     AUTOMATA = 4
     DIRECTION_NOISE = 5
+    MODEL_DISTURBANCE = 6
+    DRIVE_DISTURBANCE = 7
+    SENSOR_NOISE = 8
 
 
 def seed_sequence(seed: int, consumer: Consumer) -> np.random.SeedSequence:

@@ -6,11 +6,14 @@ import dataclasses
 import math
 import types
 import typing
-from typing import Any, Literal, TypeVar, Union
+from typing import Any, Final, Literal, TypeVar, Union
 
 from scla_mj.errors import SclaError
 
 Settings = TypeVar("Settings")
+
+ADDED_LATER: Final = frozenset({"localisation", "disturbance"})
+"""Keys that a file written by an older version lacks; each takes its default there, which is what that version did."""
 
 
 def settings_from_json(kind: type[Settings], content: Any, where: str) -> Settings:
@@ -32,6 +35,7 @@ def _build(kind: Any, content: Any, where: str) -> Any:
     for key in content:
         if key not in names:
             raise SclaError(f"{where}{key} is not a setting: known are {', '.join(names)}")
+    names = [name for name in names if name in content or name not in ADDED_LATER]
     for name in names:
         if name not in content:
             raise SclaError(

@@ -16,7 +16,7 @@ from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.runs.atomic import write_json
 from scla_mj.runs.folder import RUN_FILES, create, discard, load_config, open_run
-from scla_mj.runs.settings import settings_from_json
+from scla_mj.runs.settings import ADDED_LATER, settings_from_json
 
 
 def refused(call, *arguments):
@@ -178,3 +178,16 @@ def test_any_configuration_survives_the_way_to_json_and_back(number, seed, flag,
     config = dataclasses.replace(config, automaton=dataclasses.replace(config.automaton, local_rule=flag))
     text = json.dumps(dataclasses.asdict(config))
     assert settings_from_json(RunConfig, json.loads(text), "config.json") == config
+
+
+def test_a_file_from_before_a_section_was_added_opens_as_equal_settings(tmp_path):
+    run = create(tmp_path, RunConfig())
+    file = run.file(paths.CONFIG_JSON)
+    content = json.loads(file.read_text())
+    for key in ADDED_LATER:
+        del content[key]
+    write_json(file, content)
+    assert load_config(file) == RunConfig()
+    content["disturbance"] = {"tilt_deg": 2.0}
+    write_json(file, content)
+    assert "disturbance.friction_scale is missing" in refused(load_config, file)

@@ -1,0 +1,69 @@
+"""What may disturb the robot and by how much: the settings, and the named sets that fill them.
+
+Only the physics is disturbed: the controller goes on with the nominal robot's parameters, and nobody tells the brain.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+DisturbanceSet = Literal["friction", "mass", "wheels", "noise", "pushes", "latency", "tilt", "all"]
+
+PUSH_S: Final = 0.1
+"""How long a push lasts: a short shove. 8 N/kg over 0.1 s would send a free robot off at 0.8 m/s, its own top speed."""
+PUSH_EVERY_S: Final = 2.0
+"""Mean time between two pushes, which come at random: a move takes some 0.85 s, so that about every other one meets
+a push."""
+
+
+@dataclass(frozen=True)
+class DisturbanceConfig:
+    """What is not as the controller believes; neutral by default. A range is drawn from, uniformly, at each
+    re-spawn."""
+
+    friction_scale: tuple[float, float] = (1.0, 1.0)
+    """Range of the factor on the tyres' grip; 1 1 for none."""
+    mass_scale: tuple[float, float] = (1.0, 1.0)
+    """Range of the factor on the robot's mass and inertia; 1 1 for none."""
+    wheel_mismatch: float = 0.0
+    """Each wheel's true radius is off by up to this fraction either way, drawn at each re-spawn."""
+    command_noise: float = 0.0
+    """Relative standard deviation of each wheel's speed command, drawn anew each control period."""
+    push_n_per_kg: float = 0.0
+    """Strongest push, per kilogram of robot; each is of a random strength up to it, from a random side."""
+    latency_periods: int = 0
+    """Control periods by which a command reaches the wheels late."""
+    tilt_deg: float = 0.0
+    """Slope of the floor; its direction is drawn at each re-spawn."""
+
+    @property
+    def model_changes(self) -> bool:
+        """Tell whether a re-spawn changes the physical model."""
+        neutral = DisturbanceConfig()
+        names = ("friction_scale", "mass_scale", "wheel_mismatch", "tilt_deg")
+        return any(getattr(self, name) != getattr(neutral, name) for name in names)
+
+
+SETS: Final[dict[str, dict[str, Any]]] = {
+    "friction": {"friction_scale": (0.3, 1.5)},  # a wet tile to clean rubber
+    "mass": {"mass_scale": (0.7, 1.3)},  # without its battery to a payload of 0.3 kg
+    "wheels": {"wheel_mismatch": 0.05},  # 1.6 mm of wear or of a bad cast on a radius of 33 mm
+    "noise": {"command_noise": 0.30},  # ten times what a cheap motor's own regulation leaves
+    "pushes": {"push_n_per_kg": 8.0},  # more than a tyre's grip of 0.6 of the weight can hold
+    "latency": {"latency_periods": 1},  # a message that misses its control period
+    "tilt": {"tilt_deg": 2.0},  # 10 mm over one cell
+}
+"""What each named set fills in."""
+ALL: Final = "all"
+
+
+def with_sets(config: DisturbanceConfig, names: Sequence[DisturbanceSet]) -> DisturbanceConfig:
+    """Return the settings with the named sets' figures filled in; a setting that was given its own figure keeps it."""
+    neutral = DisturbanceConfig()
+    chosen = SETS if ALL in names else [name for name in SETS if name in names]
+    figures = {item: value for name in chosen for item, value in SETS[name].items()}
+    free = {item: value for item, value in figures.items() if getattr(config, item) == getattr(neutral, item)}
+    return dataclasses.replace(config, **free)
