@@ -1,5 +1,6 @@
 """Where files live: the MJCF assets that ship with the package, and the names inside a run folder."""
 
+import re
 from pathlib import Path
 from typing import Final
 
@@ -13,10 +14,31 @@ DECISIONS_PARQUET: Final = "decisions.parquet"
 DECISIONS_PARTIAL: Final = "decisions.partial.arrows"
 SUMMARY_JSON: Final = "summary.json"
 BRAIN_NPZ: Final = "brain.npz"
+CHECKPOINT_NPZ: Final = "checkpoint.npz"
 EPOCHS_PNG: Final = "epochs.png"
 WEIGHTS_PNG: Final = "weights.png"
 POLICY_PNG: Final = "policy.png"
 RECORDING_RRD: Final = "recording.rrd"
+SEAL_JSON: Final = "seal.json"
+
+_PART: Final = re.compile(r"recording(?:-([1-9]\d*))?\.rrd")
+
+
+def recording_part(number: int) -> str:
+    """Return the name of a recording's part: the first is `recording.rrd`, a resumed run adds `recording-2.rrd`."""
+    return RECORDING_RRD if number == 1 else f"recording-{number}.rrd"
+
+
+def part_number(name: str) -> int | None:
+    """Return which part of a recording a file of this name is, or None if it is none."""
+    found = _PART.fullmatch(name)
+    return int(found[1] or 1) if found and found[1] != "1" else None
+
+
+def recordings(folder: Path) -> list[Path]:
+    """Return a run's recording: its parts in their order, none if nothing was recorded."""
+    parts = {number: path for path in folder.iterdir() if (number := part_number(path.name)) is not None}
+    return [parts[number] for number in sorted(parts)]
 
 
 def assets_folder() -> Path:

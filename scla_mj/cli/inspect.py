@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from scla_mj.telemetry.reader import Inspection
 
 EXIT_DISAGREES: Final = 1
+_SEALED: Final = "sealed: each file is checked against the SHA-256 that the run left in seal.json"
+_UNSEALED: Final = (
+    "unsealed: the run did not end in order, or an older scla-mj made it; damage shows only where files do not fit"
+)
 _Content = TypeVar("_Content")
 
 
@@ -43,23 +47,25 @@ class Inspect:
 
         from scla_mj.paths import CONFIG_JSON, RECORDING_RRD
         from scla_mj.runs.folder import load_config, open_run
+        from scla_mj.runs.seal import check_seal, is_sealed
         from scla_mj.telemetry.agreement import compare
         from scla_mj.telemetry.reader import inspect_recording
 
         if not (self.path / RECORDING_RRD).exists():
             open_run(self.path)  # what is no run at all is refused as such
-        faults: list[str] = []
-        config = _tried(lambda: load_config(self.path / CONFIG_JSON), faults)
+        check_seal(self.path, RECORDING_RRD)  # before a library sees the bytes
+        faults = Faults(self.path)
+        config = faults.read(CONFIG_JSON, lambda: load_config(self.path / CONFIG_JSON))
         inspection = inspect_recording(self.path / RECORDING_RRD)
         console = Console(markup=False, emoji=False, highlight=False)  # a path may hold brackets or colons
         _print_recording(console, inspection)
+        console.print(_SEALED if is_sealed(self.path) else _UNSEALED)
         rows = compare(inspection, _read_files(self.path, config, inspection, faults))
         console.print(_comparison(rows))
         differing = [f"{row.what} ({row.file})" for row in rows if not row.agrees]
         if differing:
             console.print(f"disagree: {', '.join(differing)}")
-        if faults:
-            raise SclaError("; ".join(faults))
+        faults.tell()
         if not differing:
             console.print(
                 "The recording agrees with the run's files: " + ", ".join(dict.fromkeys(r.file for r in rows))
@@ -67,17 +73,39 @@ class Inspect:
         return EXIT_DISAGREES if differing else 0
 
 
-def _tried(read: Callable[[], _Content], faults: list[str]) -> _Content | None:
-    try:
-        return read()
-    except SclaError as fault:
-        faults.append(str(fault))
-        return None
+class Faults:
+    """What is wrong with a run's files: what the seal says, and what their readers say."""
+
+    def __init__(self, path: Path) -> None:
+        from scla_mj.runs.seal import broken_files
+
+        self._broken = broken_files(path)
+        self._told: dict[str, str] = {}
+
+    def read(self, name: str, read: Callable[[], _Content]) -> _Content | None:
+        """Return what a file holds, or None if it is not as the run left it or cannot be read."""
+        if name in self._broken:
+            return None
+        try:
+            return read()
+        except SclaError as fault:
+            self.add(name, str(fault))
+            return None
+
+    def add(self, name: str, sentence: str) -> None:
+        """Keep what is wrong with a file."""
+        self._told[name] = sentence
+
+    def tell(self) -> None:
+        """Raise every fault as one `SclaError`, if there is any."""
+        faults = self._told | self._broken
+        if faults:
+            raise SclaError("; ".join(faults.values()))
 
 
-def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, faults: list[str]) -> RunFiles:
+def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, faults: Faults) -> RunFiles:
     """Return what the run's other files say; of a run that was cut off only its settings can be compared."""
-    from scla_mj.paths import SUMMARY_JSON
+    from scla_mj.paths import BRAIN_NPZ, DECISIONS_PARQUET, SUMMARY_JSON
     from scla_mj.runs.brain import read_brain
     from scla_mj.runs.decisions import read_decisions
     from scla_mj.runs.summary import read_summary
@@ -85,15 +113,17 @@ def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, fa
 
     files = RunFiles(config=None if config is None else _settings(config))
     if not (path / SUMMARY_JSON).exists():
-        faults.append(f"{path / SUMMARY_JSON} is missing: the run was cut off before its summary was written")
+        faults.add(
+            SUMMARY_JSON, f"{path / SUMMARY_JSON} is missing: the run was cut off before its summary was written"
+        )
         if not inspection.finished:
             return files
     else:
-        summary = _tried(lambda: read_summary(path), faults)
+        summary = faults.read(SUMMARY_JSON, lambda: read_summary(path))
         files = files._replace(summary=None if summary is None else dataclasses.asdict(summary))
-    table = _tried(lambda: read_decisions(path), faults)
+    table = faults.read(DECISIONS_PARQUET, lambda: read_decisions(path))
     decisions = None if table is None else _counts(table, inspection.properties["thinking_window_s"])
-    return files._replace(decisions=decisions, brain=_tried(lambda: read_brain(path), faults))
+    return files._replace(decisions=decisions, brain=faults.read(BRAIN_NPZ, lambda: read_brain(path)))
 
 
 def _settings(config: RunConfig) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from scla_mj.errors import SclaError
 from scla_mj.limits import flatten
 
 EXIT_BAD_INPUT: Final = 2
-_FRAME: Final = "╭╮╰╯│─ "
+_FRAME: Final = "╭╮╰╯│─- "
 _WANTED: Final = {
     re.compile(r"Error parsing (\S+): invalid literal for int\(\) with base 10: ('.*')"): "a whole number",
     re.compile(r"Error parsing (\S+): could not convert string to float: ('.*')"): "a number",
@@ -46,16 +46,18 @@ def parse(verbs: Mapping[str, Any], arguments: list[str], *, prog: str) -> Any:
 
 
 def _sentence(box: str) -> str:
-    """Take the message out of the frame that tyro draws around it; the frame's rule ends the message."""
-    words: list[str] = []
-    for line in box.splitlines():
+    """Take the message out of what tyro draws around it: a frame with a title, or in ASCII a line for it; rules."""
+    blocks: list[list[str]] = [[]]
+    for line in box.strip().splitlines():
+        text = line.strip(_FRAME)
         if line.startswith(("╭", "╰")):
             continue
-        text = line.strip(_FRAME)
-        if not text:
-            break
-        words.append(text.removeprefix("• "))
-    return " ".join(words)
+        if text:
+            blocks[-1].append(line.strip("│ ").removeprefix("• ").removeprefix("* "))
+        else:
+            blocks.append([])
+    framed = box.lstrip().startswith("╭")
+    return " ".join(blocks[0] if framed or len(blocks) == 1 else blocks[1])
 
 
 def _plain(sentence: str, verbs: Mapping[str, Any]) -> str:

@@ -21,6 +21,7 @@ _WHAT: Final = {
     paths.WEIGHTS_PNG: "the eight mean weights over time",
     paths.POLICY_PNG: "every cell's action probabilities",
     paths.RECORDING_RRD: "the recording for Rerun",
+    paths.SEAL_JSON: "the SHA-256 of each of them",
 }
 
 

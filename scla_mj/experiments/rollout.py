@@ -18,6 +18,7 @@ from scla_mj.runs import folder
 from scla_mj.runs.brain import write_brain
 from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.history import WeightHistory
+from scla_mj.runs.seal import write_seal
 from scla_mj.runs.summary import EpochSummary, Summary, Tally, epoch_ceiling_hits_per_1000, write_summary
 
 if TYPE_CHECKING:
@@ -147,6 +148,7 @@ def _finish(run: Run, trial: Trial, account: _Account, *, pictures: bool) -> Sum
     write_brain(run.path, memory)
     if pictures:
         _draw(run, summary, memory, account.history)
+    write_seal(run.path)
     return summary
 
 

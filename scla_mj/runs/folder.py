@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import platform
+import uuid
 from importlib import metadata
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from scla_mj import __version__, paths
 from scla_mj.config import RunConfig
@@ -21,26 +22,42 @@ RUN_FILES: Final = (
     paths.DECISIONS_PARTIAL,
     paths.SUMMARY_JSON,
     paths.BRAIN_NPZ,
+    paths.CHECKPOINT_NPZ,
     paths.EPOCHS_PNG,
     paths.WEIGHTS_PNG,
     paths.POLICY_PNG,
     paths.RECORDING_RRD,
+    paths.SEAL_JSON,
 )
 PACKAGES: Final = ("mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow")
 
 _VERSIONS: Final = "versions"
+_RUN_ID: Final = "run_id"
+_OF_THE_RUN: Final = (_VERSIONS, _RUN_ID)
+"""What `config.json` holds beside the settings."""
 
 
 class Run(NamedTuple):
-    """A run folder and the configuration that made it; `made` says that the folder was not there before the run."""
+    """A run folder and the configuration that made it.
+
+    `run_id` is the recording's identity too, `versions` are those that the run began with; both are empty in folders of
+    an older scla-mj. `made` says that the folder was not there before the run.
+    """
 
     path: Path
     config: RunConfig
+    run_id: str = ""
+    versions: dict[str, str] = {}  # noqa: RUF012 (a default that nobody changes)
     made: bool = False
 
     def file(self, name: str) -> Path:
         """Return the path of one of the run's files (see `scla_mj.paths`)."""
         return self.path / name
+
+
+def is_run_file(name: str) -> bool:
+    """Tell whether a file of this name, directly in a run folder, is the run's own."""
+    return name in RUN_FILES or paths.part_number(name) is not None
 
 
 def create(path: Path, config: RunConfig) -> Run:
@@ -53,7 +70,7 @@ def create(path: Path, config: RunConfig) -> Run:
     made = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
-        present = sorted(set(RUN_FILES).intersection(entry.name for entry in path.iterdir()))
+        present = sorted(entry.name for entry in path.iterdir() if is_run_file(entry.name))
     except FileExistsError as error:
         raise SclaError(f"{path} is a file, not a folder: choose another RUN") from error
     except OSError as error:
@@ -61,9 +78,10 @@ def create(path: Path, config: RunConfig) -> Run:
     if present:
         raise SclaError(f"{path} already holds a run ({present[0]} is there): choose another RUN or move that one away")
     _claim(path)
-    run = Run(path, config, made)
+    run = Run(path, config, uuid.uuid4().hex, package_versions(), made)
+    content = {**dataclasses.asdict(config), _VERSIONS: run.versions, _RUN_ID: run.run_id}
     try:
-        write_json(run.file(paths.CONFIG_JSON), {**dataclasses.asdict(config), _VERSIONS: package_versions()})
+        write_json(run.file(paths.CONFIG_JSON), content)
     except BaseException:
         discard(run)
         raise
@@ -73,8 +91,9 @@ def create(path: Path, config: RunConfig) -> Run:
 def discard(run: Run) -> None:
     """Remove what a run has put into its folder, and the folder if the run made it: as if it had not been."""
     with contextlib.suppress(OSError):
-        for name in RUN_FILES:
-            run.file(name).unlink(missing_ok=True)
+        for file in list(run.path.iterdir()):
+            if is_run_file(file.name):
+                file.unlink()
         if run.made:
             run.path.rmdir()
 
@@ -88,7 +107,11 @@ def open_run(path: Path) -> Run:
     path = Path(path)
     if not path.is_dir():
         raise SclaError(f"{path} is no run folder: choose one that `scla-mj rollout` wrote")
-    return Run(path, load_config(path / paths.CONFIG_JSON))
+    content = read_json(path / paths.CONFIG_JSON)
+    run_id, versions = content.get(_RUN_ID, ""), content.get(_VERSIONS, {})
+    if not isinstance(run_id, str) or not isinstance(versions, dict):
+        raise SclaError(f"{path / paths.CONFIG_JSON} is damaged: its run_id must be a text, its versions an object")
+    return Run(path, load_config(path / paths.CONFIG_JSON), run_id, versions)
 
 
 def load_config(path: Path) -> RunConfig:
@@ -98,8 +121,8 @@ def load_config(path: Path) -> RunConfig:
         SclaError: the file is missing or damaged, or a key or value is not possible; the sentence names it.
     """
     content = read_json(path)
-    content.pop(_VERSIONS, None)
-    config = settings_from_json(RunConfig, content, str(path))
+    settings: dict[str, Any] = {key: value for key, value in content.items() if key not in _OF_THE_RUN}
+    config = settings_from_json(RunConfig, settings, str(path))
     try:
         config.check()
     except SclaError as error:

@@ -37,6 +37,7 @@ def inspect(run, capsys):
 
 
 def change_rows(run, name, value_of):
+    (run / "seal.json").unlink()  # as if the run itself had written it so
     table = read_decisions(run)
     index = SCHEMA.get_field_index(name)
     column = pa.array(value_of(table[name].to_pylist()), SCHEMA.field(name).type)
@@ -45,6 +46,7 @@ def change_rows(run, name, value_of):
 
 
 def change_config(run, change):
+    (run / "seal.json").unlink()
     content = json.loads((run / "config.json").read_text())
     change(content)
     (run / "config.json").write_text(json.dumps(content))
@@ -107,14 +109,19 @@ def test_a_setting_that_does_not_fit_the_recording_is_seen(run, capsys, change, 
 
 @pytest.mark.parametrize("name", ["config.json", "decisions.parquet", "brain.npz", "summary.json"])
 @pytest.mark.parametrize("content", [None, b"damaged"])
-def test_a_missing_or_damaged_file_is_named_after_what_the_recording_holds(run, capsys, name, content):
+@pytest.mark.parametrize("sealed", [True, False])
+def test_a_missing_or_damaged_file_is_named_after_what_the_recording_holds(run, capsys, name, content, sealed):
+    if not sealed:
+        (run / "seal.json").unlink()
     if content is None:
         (run / name).unlink()
     else:
         (run / name).write_bytes(content)
     code, out, err = inspect(run, capsys)
     assert code == 2
-    assert name in err and ("damaged" in err if content else "cut off" in err or "does not exist" in err)
+    missing = "seal.json lists it" in err if sealed else "cut off" in err or "does not exist" in err
+    assert name in err and ("damaged" in err if content else missing)
+    assert (" sealed: " in out, " unsealed: " in out) == (sealed, not sealed)
     assert "path length" in out and "agrees with the run's files" not in out
     assert "disagree" not in out
 

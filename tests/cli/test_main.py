@@ -29,13 +29,13 @@ def refused(arguments, capsys):
     [
         (["--protocol", "sometimes"], "sometimes", "sensed-start"),
         (["--target", "6", "3"], "(6, 3)", "1 to 5"),
-        (["--target", "3"], "--target", ""),
+        (["--target", "3"], "--target", "2 values"),
         (["--decisions", "0"], "--decisions is 0", "1 or more"),
         (["--epochs", "-2"], "--epochs is -2", "1 or more"),
         (["--epochs", "many"], "many", "--epochs"),
         (["--cells", "1", "1"], "1 1", "two cells"),
         (["--telemetry", "loud"], "loud", "light"),
-        (["--nonsense", "1"], "--nonsense", ""),
+        (["--nonsense", "1"], "--nonsense", "see --help"),
         (["--clock.physics-step-ms", "3.3"], "physics-step-ms 3.3", "multiple"),
         (["--network.weight-low", "5"], "weight-low", "swap"),
         (["--automaton.reward-rate", "nan"], "reward-rate is nan", "finite"),
@@ -124,7 +124,7 @@ def test_a_rollout_ends_with_a_table_its_files_and_the_line_that_opens_the_recor
     names = {file.name for file in run.iterdir()}
     assert names == {
         "config.json", "decisions.parquet", "summary.json", "brain.npz", "epochs.png", "weights.png", "policy.png",
-        "recording.rrd",
+        "recording.rrd", "seal.json",
     }  # fmt: skip
     assert all(name in printed for name in names)
     assert main(["inspect", str(run)]) == 0
@@ -137,6 +137,9 @@ def test_inspect_sees_a_summary_that_does_not_fit_its_recording(tmp_path, capsys
     summary = json.loads((run / "summary.json").read_text())
     summary["epochs"][0]["hits"] += 1
     (run / "summary.json").write_text(json.dumps(summary))
+    capsys.readouterr()
+    assert "summary.json is damaged" in refused(["inspect", str(run)], capsys)
+    (run / "seal.json").unlink()
     assert main(["inspect", str(run)]) == 1
     assert "disagree" in capsys.readouterr().out
 

@@ -18,10 +18,11 @@ from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue.experiment import Experiment
 from scla_mj.experiments.report.coverage import is_reduced
-from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
+from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.folder import load_config
+from scla_mj.runs.seal import check_seal
 from scla_mj.runs.summary import Summary, read_summary
 
 Array = NDArray[np.float64]
@@ -177,6 +178,7 @@ def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
     """
     if not (folder / SUMMARY_JSON).exists():
         raise SclaError("not run")
+    check_seal(folder, CONFIG_JSON, SUMMARY_JSON, DECISIONS_PARQUET, BRAIN_NPZ)
     config = dataclasses.replace(experiment.config, seed=seed)
     if load_config(folder / CONFIG_JSON) != config:
         raise SclaError("made with other settings")

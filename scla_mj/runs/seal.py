@@ -1,0 +1,128 @@
+"""`seal.json`: the SHA-256 of every file that a run left, so that a byte that changes later is not taken for sound.
+
+It is written last and carries a digest of itself. A run that is still going on, or was killed, has none. The names in
+it are checked against the run folder's own: no seal leads out of its folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from pathlib import Path
+from typing import Any, Final
+
+from scla_mj.errors import SclaError
+from scla_mj.paths import SEAL_JSON
+from scla_mj.runs.atomic import cannot_read, cannot_write, read_json, write_json
+from scla_mj.runs.folder import is_run_file
+
+FORMAT: Final = 1
+
+_SHA256: Final = re.compile("[0-9a-f]{64}")
+
+
+def write_seal(folder: Path) -> None:
+    """Write `seal.json` over the run's files as they are now; files that are not a run's are left out.
+
+    Raises:
+        SclaError: a file cannot be read or the seal cannot be written.
+    """
+    path = Path(folder) / SEAL_JSON
+    names = sorted(file.name for file in Path(folder).iterdir() if is_run_file(file.name) and file.is_file())
+    content = {"format": FORMAT, "files": {name: _digest(path.with_name(name)) for name in names if name != SEAL_JSON}}
+    write_json(path, {**content, "digest": _own_digest(content)})
+
+
+def lift_seal(folder: Path) -> None:
+    """Remove the seal of a run that is about to go on; a run without one is left as it is.
+
+    Raises:
+        SclaError: the seal cannot be removed.
+    """
+    path = Path(folder) / SEAL_JSON
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+def is_sealed(folder: Path) -> bool:
+    """Tell whether the run ended in order: a killed run and one of an older scla-mj have no seal."""
+    return (Path(folder) / SEAL_JSON).exists()
+
+
+def broken_files(folder: Path) -> dict[str, str]:
+    """Return a sentence for every file of a sealed run that is not as the run left it, by name.
+
+    An unsealed run has none.
+
+    Raises:
+        SclaError: the seal itself is damaged.
+    """
+    folder = Path(folder)
+    if not is_sealed(folder):
+        return {}
+    sealed = _read_seal(folder / SEAL_JSON)
+    present = {file.name for file in folder.iterdir() if is_run_file(file.name)} - {SEAL_JSON}
+    return {
+        name: fault
+        for name in sorted(present | sealed.keys())
+        if (fault := _fault(folder / name, sealed.get(name))) is not None
+    }
+
+
+def check_seal(folder: Path, *names: str) -> None:
+    """Refuse a sealed run if one of these files is not as the run left it; an unsealed run passes.
+
+    Raises:
+        SclaError: a file has changed, was added or is missing, or the seal is damaged; the sentence names it.
+    """
+    folder = Path(folder)
+    if not is_sealed(folder):
+        return
+    sealed = _read_seal(folder / SEAL_JSON)
+    for name in names:
+        fault = _fault(folder / name, sealed.get(name))
+        if fault is not None:
+            raise SclaError(fault)
+
+
+def _fault(path: Path, digest: str | None) -> str | None:
+    if not path.is_file():
+        return f"{path} is missing: {SEAL_JSON} lists it" if digest else f"{path} is no file of this run: remove it"
+    if digest is None:
+        return f"{path} is not in {SEAL_JSON}: it was added after the run, remove it"
+    if _digest(path) != digest:
+        return f"{path} is damaged: its bytes are not those that the run wrote ({SEAL_JSON}); fetch a sound copy"
+    return None
+
+
+def _read_seal(path: Path) -> dict[str, str]:
+    """Return the digest of each sealed file by its name."""
+    content: dict[str, Any] = read_json(path)
+    stated = content.pop("digest", None)
+    if stated != _own_digest(content):
+        raise SclaError(f"{path} is damaged: it does not fit its own digest; fetch a sound copy")
+    files = content.get("files")
+    if content.get("format") != FORMAT:
+        raise SclaError(f"{path} has format {content.get('format')!r}: this scla-mj reads format {FORMAT}")
+    if not isinstance(files, dict) or not all(_is_entry(name, digest) for name, digest in files.items()):
+        raise SclaError(f"{path} is damaged: it must give the SHA-256 of files of this run")
+    return files
+
+
+def _is_entry(name: str, digest: Any) -> bool:
+    return is_run_file(name) and name != SEAL_JSON and isinstance(digest, str) and bool(_SHA256.fullmatch(digest))
+
+
+def _own_digest(content: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _digest(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise cannot_read(path, error) from error
