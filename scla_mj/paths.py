@@ -21,7 +21,7 @@ POLICY_PNG: Final = "policy.png"
 RECORDING_RRD: Final = "recording.rrd"
 SEAL_JSON: Final = "seal.json"
 
-_PART: Final = re.compile(r"recording(?:-([1-9]\d*))?\.rrd")
+_PART_PATTERN: Final = re.compile(r"recording(?:-([1-9]\d*))?\.rrd")
 
 
 def recording_part(number: int) -> str:
@@ -31,7 +31,7 @@ def recording_part(number: int) -> str:
 
 def part_number(name: str) -> int | None:
     """Return which part of a recording a file of this name is, or None if it is none."""
-    found = _PART.fullmatch(name)
+    found = _PART_PATTERN.fullmatch(name)
     return int(found[1] or 1) if found and found[1] != "1" else None
 
 

@@ -24,6 +24,7 @@ def replacing(path: Path) -> Iterator[Path]:
         yield scratch
         _sync(scratch)
         scratch.replace(path)
+        _sync_folder(path.parent)
     except OSError as error:
         raise cannot_write(path, error) from error
     finally:
@@ -69,6 +70,16 @@ def cannot_read(path: Path, error: OSError) -> SclaError:
     if isinstance(error, FileNotFoundError):
         return SclaError(f"{path} does not exist: choose a folder that `scla-mj rollout` wrote")
     return SclaError(f"cannot read {path}: {error.strerror or error}; choose a readable run folder")
+
+
+def _sync_folder(path: Path) -> None:
+    """Force the folder's own entries to the disk; where a folder cannot be opened (Windows) the system does that."""
+    if os.name == "posix":
+        handle = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def _sync(path: Path) -> None:

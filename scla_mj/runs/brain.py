@@ -13,15 +13,13 @@ from scla_mj.anatomy import NEURONS_PER_SIDE, PROJECTION_NAMES
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import BRAIN_NPZ
+from scla_mj.runs.archive import add_array
 from scla_mj.runs.atomic import cannot_read, replacing
 from scla_mj.signals import Snapshot
 
 WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
 PROBABILITY_TOLERANCE: Final = 1e-6
 """Far above the rounding of four summed float64 numbers, far below any visible change of a policy."""
-
-_ZIP_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
-_UNIX: Final = 3
 
 
 def write_brain(folder: Path, snapshot: Snapshot) -> None:
@@ -38,7 +36,7 @@ def write_brain(folder: Path, snapshot: Snapshot) -> None:
         arrays["probabilities"] = snapshot.probabilities
     with replacing(Path(folder) / BRAIN_NPZ) as scratch, zipfile.ZipFile(scratch, "w") as archive:
         for name, array in arrays.items():
-            _write_member(archive, name, array)
+            add_array(archive, name, array)
 
 
 def read_brain(folder: Path) -> Snapshot:
@@ -55,14 +53,6 @@ def read_brain(folder: Path) -> Snapshot:
                 f"{path} is no brain of ours: it holds {name!r}, known are weights, projections, probabilities"
             )
     return Snapshot(_checked_weights(path, arrays), _checked_probabilities(path, arrays))
-
-
-def _write_member(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> None:
-    """Add an array under a fixed date and system, so that the bytes depend on the array alone."""
-    member = zipfile.ZipInfo(f"{name}.npy", date_time=_ZIP_EPOCH)
-    member.create_system = _UNIX
-    with archive.open(member, "w", force_zip64=True) as stream:
-        np.lib.format.write_array(stream, np.ascontiguousarray(array), allow_pickle=False)
 
 
 def _read_members(path: Path) -> dict[str, NDArray[Any]]:

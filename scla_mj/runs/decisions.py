@@ -1,12 +1,13 @@
 """`decisions.parquet`, a row a decision, written as the run goes.
 
 Rows go in whole batches into an Arrow stream, `decisions.partial.arrows`, which stays readable up to its last batch
-whatever kills the run. Closing the log turns the stream, batch by batch, into the Parquet file. The same rows give the
-same bytes.
+whatever kills the run; each batch carries its own SHA-256. Closing the log turns the stream, batch by batch, into the
+Parquet file. The same rows give the same bytes.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -21,6 +22,7 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
 from scla_mj.runs.atomic import cannot_read, cannot_write, replacing
+from scla_mj.runs.stream import header, message, whole_batches
 from scla_mj.signals import DecisionRecord, Outcome
 
 BATCH_ROWS: Final = 250
@@ -85,11 +87,15 @@ def row(record: DecisionRecord) -> tuple[Any, ...]:
 class DecisionLog:
     """Writes every decision of a run into its folder; a context manager that closes itself.
 
+    Args:
+        folder: the run's folder.
+        goes_on: go on with the stream that `take_back` left there, instead of beginning one.
+
     Raises:
         SclaError: the folder already has a log, or cannot be written to.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, goes_on: bool = False) -> None:
         self._folder = Path(folder)
         self._rows: list[tuple[Any, ...]] = []
         self._broken = False
@@ -97,9 +103,10 @@ class DecisionLog:
         if (self._folder / DECISIONS_PARQUET).exists():
             raise SclaError(f"{self._folder} already holds the decisions of a run: choose another RUN")
         try:
-            self._stream = self._partial.open("xb")
-            self._writer = pa.ipc.new_stream(self._stream, SCHEMA)
-            self._stream.flush()
+            self._stream = self._partial.open("ab" if goes_on else "xb")
+            if not goes_on:
+                self._stream.write(header(SCHEMA))
+                self._stream.flush()
         except FileExistsError as error:
             raise SclaError(f"{self._folder} is in use by another run: choose another RUN") from error
         except OSError as error:
@@ -129,7 +136,7 @@ class DecisionLog:
             pa.array(column, field.type) for column, field in zip(zip(*self._rows, strict=True), SCHEMA, strict=True)
         ]
         try:
-            self._writer.write_batch(pa.record_batch(columns, schema=SCHEMA))
+            self._stream.write(message(pa.record_batch(columns, schema=SCHEMA)))
             self._stream.flush()
         except BaseException as error:
             self._broken = True  # half a batch may lie at the stream's end: nothing may follow it
@@ -137,6 +144,18 @@ class DecisionLog:
                 raise cannot_write(self._partial, error) from error
             raise
         self._rows.clear()
+
+    def sync(self) -> None:
+        """Put the decisions so far on disk, safe from a power cut.
+
+        Raises:
+            SclaError: the disk is full or the folder has gone.
+        """
+        self.flush()
+        try:
+            os.fsync(self._stream.fileno())
+        except OSError as error:
+            raise cannot_write(self._partial, error) from error
 
     def close(self) -> None:
         """Write `decisions.parquet` and remove the partial stream; closing twice is harmless.
@@ -151,14 +170,13 @@ class DecisionLog:
         try:
             if not self._broken:
                 self.flush()
-                self._writer.close()
         finally:
             with suppress(OSError):
                 self._stream.close()
         if self._broken:
             return
         with replacing(self._folder / DECISIONS_PARQUET) as scratch:
-            _write_parquet(scratch, _whole_batches(self._partial))
+            _write_parquet(scratch, whole_batches(self._partial, SCHEMA))
         self._partial.unlink()
 
     def __enter__(self) -> DecisionLog:
@@ -168,6 +186,34 @@ class DecisionLog:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def take_back(folder: Path, decisions: int) -> None:
+    """Turn a run's log, closed or not, into an open stream of its first `decisions` rows, for a `DecisionLog` to go on.
+
+    Later rows are given up: the run makes them again.
+
+    Raises:
+        SclaError: the log is damaged or shorter than that, or the folder cannot be written to.
+    """
+    parquet, partial = Path(folder) / DECISIONS_PARQUET, Path(folder) / DECISIONS_PARTIAL
+    source, wanted = parquet if parquet.exists() else partial, decisions
+    try:
+        with replacing(partial) as scratch, scratch.open("wb") as file:
+            file.write(header(SCHEMA))
+            for batch in _batches(source) if wanted else ():
+                kept = batch.slice(0, wanted)
+                file.write(message(kept))
+                wanted -= len(kept)
+                if not wanted:
+                    break
+            if wanted:
+                raise SclaError(f"{source} is damaged: it holds {decisions - wanted} of {decisions} decisions")
+        parquet.unlink(missing_ok=True)
+    except FileNotFoundError as error:
+        raise cannot_read(source, error) from error
+    except (OSError, pa.ArrowException, MemoryError, ValueError) as error:
+        raise _damaged(source, error) from error
 
 
 def read_decisions(folder: Path) -> pa.Table:
@@ -180,12 +226,12 @@ def read_decisions(folder: Path) -> pa.Table:
     partial = Path(folder) / DECISIONS_PARTIAL
     path = partial if partial.exists() and not parquet.exists() else parquet
     try:
-        table = _read_parquet(path) if path == parquet else pa.Table.from_batches(_whole_batches(path), SCHEMA)
+        table = _read_parquet(path) if path == parquet else pa.Table.from_batches(whole_batches(path, SCHEMA), SCHEMA)
         table.validate(full=True)
     except FileNotFoundError as error:
         raise cannot_read(path, error) from error
     except (OSError, pa.ArrowException, MemoryError, ValueError) as error:
-        raise SclaError(f"{path} is damaged: it must hold the decisions of a run ({_first_line(error)})") from error
+        raise _damaged(path, error) from error
     _check(path, table)
     return table
 
@@ -218,32 +264,23 @@ def _write_parquet(path: Path, batches: Iterator[pa.RecordBatch]) -> None:
             writer.write_table(waiting.combine_chunks())
 
 
-def _whole_batches(path: Path) -> Iterator[pa.RecordBatch]:
-    """Yield the batches of a stream; one that a kill cut short ends it, as the stream's own end does."""
-    with path.open("rb") as file:
-        if _is_cut_header(file.read(len(_HEADER))):
-            return
-        file.seek(0)
-        stream = pa.ipc.open_stream(file)
-        if not stream.schema.equals(SCHEMA):
-            raise pa.ArrowInvalid("it holds other columns")
-        try:
-            yield from stream
-        except (pa.ArrowInvalid, OSError):
-            if file.read(1):
-                raise  # damage before the end is no cut
-
-
-_HEADER: Final = SCHEMA.serialize().to_pybytes()
-
-
-def _is_cut_header(start: bytes) -> bool:
-    """Tell whether a run was killed before even the stream's header was on disk."""
-    return len(start) < len(_HEADER) and _HEADER.startswith(start)
+def _batches(path: Path) -> Iterator[pa.RecordBatch]:
+    """Yield a log's rows from either file."""
+    if path.name == DECISIONS_PARTIAL:
+        yield from whole_batches(path, SCHEMA)
+    else:
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            if not file.schema_arrow.equals(SCHEMA):
+                raise pa.ArrowInvalid("it holds other columns")
+            yield from file.iter_batches()
 
 
 def _label(action: Action | None) -> str:
     return NONE if action is None else action.label
+
+
+def _damaged(path: Path, error: BaseException) -> SclaError:
+    return SclaError(f"{path} is damaged: it must hold the decisions of a run ({_first_line(error)})")
 
 
 def _first_line(error: BaseException) -> str:

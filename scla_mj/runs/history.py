@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,18 @@ class WeightHistory:
         """Return a copy of the samples so far."""
         kept = slice(0, self._kept)
         return WeightCurve(self._decision[kept].copy(), self._time_s[kept].copy(), self._means[kept].copy())
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that `restore` needs to go on from here."""
+        return {**self.curve()._asdict(), "seen": self._seen, "stride": self._stride}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self._kept = len(state["decision"])
+        self._decision[: self._kept] = state["decision"]
+        self._time_s[: self._kept] = state["time_s"]
+        self._means[: self._kept] = state["mean_weights"]
+        self._seen, self._stride = state["seen"], state["stride"]
 
     def _thin(self) -> None:
         half = (self._kept + 1) // 2

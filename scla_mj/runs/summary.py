@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from scla_mj.config import RunConfig
 from scla_mj.grid import StartProtocol
@@ -118,6 +119,27 @@ class Tally:
         count = self._counts[epoch]
         return epoch_summary(epoch, count.decisions, count.hits, count.ceiling_hits_per_1000, count.mean_weights)
 
+    def state(self) -> dict[str, Any]:
+        """Return everything that `restore` needs to go on from here."""
+        counts = {
+            str(epoch): {"decisions": count.decisions, "hits": count.hits, "mean_weights": _listed(count.mean_weights)}
+            for epoch, count in self._counts.items()
+        }
+        outcomes = {outcome.value: number for outcome, number in self._outcomes.items()}
+        return {"counts": counts, "outcomes": outcomes, "max_error_m": self._max_error_m}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self._counts = {}
+        for epoch, count in state["counts"].items():
+            means = count["mean_weights"]
+            ceiling = epoch_ceiling_hits_per_1000(self._config, int(epoch))
+            self._counts[int(epoch)] = _Count(
+                ceiling, count["decisions"], count["hits"], None if means is None else tuple(means)
+            )
+        self._outcomes = {outcome: state["outcomes"][outcome.value] for outcome in Outcome}
+        self._max_error_m = state["max_error_m"]
+
     def summary(self, *, simulated_s: float, wall_s: float) -> Summary:
         """Return the figures so far, with the times that the caller's clocks show."""
         config, outcomes = self._config, self._outcomes
@@ -138,6 +160,10 @@ class Tally:
             simulated_s=simulated_s,
             wall_s=wall_s,
         )
+
+
+def _listed(means: tuple[float, ...] | None) -> list[float] | None:
+    return None if means is None else list(means)
 
 
 def epoch_ceiling_hits_per_1000(config: RunConfig, epoch: int) -> float:

@@ -31,6 +31,7 @@ def test_a_new_folder_is_made_with_its_parents_and_says_what_made_it(tmp_path):
     run = create(tmp_path / "a" / "b", config)
     content = json.loads(run.file(paths.CONFIG_JSON).read_text())
     assert (content["seed"], content["grid"]["cells"], content["protocol"]) == (7, [7, 7], "any-start")
+    assert content["run_id"] == run.run_id == open_run(run.path).run_id
     named = {"mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow", "scla-mj", "python", "platform"}
     assert content["versions"].keys() == named
     assert open_run(run.path).config == config
@@ -75,7 +76,7 @@ def test_a_discarded_run_takes_its_own_files_with_it_and_nothing_else(tmp_path):
 
 
 def test_every_name_in_a_run_folder_is_guarded():
-    names = {value for name, value in vars(paths).items() if name.isupper() and not name.endswith("_XML")}
+    names = {value for name, value in vars(paths).items() if name.isupper() and not name.endswith(("_XML", "_PATTERN"))}
     assert names == set(RUN_FILES)
 
 

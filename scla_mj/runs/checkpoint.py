@@ -1,0 +1,148 @@
+"""`checkpoint.npz`: everything that a run needs to go on to the bit (docs/checkpoint.md).
+
+A zip file of numpy arrays and of `state.json`, which holds the rest and says where each array belongs. The SHA-256 of
+everything before it ends the file, as the end of the zip's comment. Nothing is pickled.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import re
+import zipfile
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.errors import SclaError
+from scla_mj.paths import CHECKPOINT_NPZ
+from scla_mj.runs.archive import add_array, member
+from scla_mj.runs.atomic import cannot_read, cannot_write, replacing
+
+FORMAT: Final = 1
+
+_STATE: Final = "state.json"
+_ARRAY: Final = "$array"
+"""In `state.json` an array is an object with this one key, which names the archive's member."""
+_KEY: Final = re.compile(r"[\w.-]+")
+_ARRAY_KINDS: Final = "biufU"
+_COMMENT: Final = b"scla-mj checkpoint, sha256 "
+_DIGEST_BYTES: Final = 64
+START_AGAIN: Final = "remove it and the run starts again from its beginning, to the same bits"
+
+
+def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
+    """Replace a run's checkpoint by `state`; the one before stays until the new one is safe on the disk.
+
+    `state` nests dicts, with words as keys, and lists; its leaves are numpy arrays of numbers or texts, int, float,
+    str, bool and None.
+
+    Raises:
+        SclaError: the folder cannot be written to, or `state` holds something else.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    text = json.dumps({"format": FORMAT, "state": _packed(state, "", arrays)})
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr(member(_STATE), text)
+        for name, array in arrays.items():
+            add_array(archive, name, array)
+        archive.comment = _COMMENT + bytes(_DIGEST_BYTES)
+    content = buffer.getbuffer()[:-_DIGEST_BYTES]
+    with replacing(Path(folder) / CHECKPOINT_NPZ) as scratch, scratch.open("wb") as file:
+        file.write(content)
+        file.write(_digest(content))
+
+
+def read_checkpoint(folder: Path) -> dict[str, Any] | None:
+    """Return the state of a run's checkpoint, or None if there is no checkpoint.
+
+    Raises:
+        SclaError: the file cannot be read, is damaged, or is of another format.
+    """
+    path = Path(folder) / CHECKPOINT_NPZ
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise cannot_read(path, error) from error
+    body = memoryview(content)[:-_DIGEST_BYTES]
+    if _digest(body) != content[-_DIGEST_BYTES:]:
+        raise SclaError(f"{path} is damaged: it does not fit its own SHA-256; {START_AGAIN}")
+    try:
+        top = _unpacked_file(content)
+        found, state = top["format"], top["state"]
+    except Exception as error:  # a file with a sound digest that we did not write
+        raise SclaError(f"{path} is no checkpoint of scla-mj ({type(error).__name__}); {START_AGAIN}") from error
+    if found != FORMAT or not isinstance(state, dict):
+        raise SclaError(f"{path} has format {found!r}: this scla-mj reads format {FORMAT}; {START_AGAIN}")
+    return state
+
+
+def remove_checkpoint(folder: Path) -> None:
+    """Remove a run's checkpoint, if there is one.
+
+    Raises:
+        SclaError: it cannot be removed.
+    """
+    path = Path(folder) / CHECKPOINT_NPZ
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+def check_state(state: Any) -> None:
+    """Refuse a state that a checkpoint cannot hold.
+
+    Raises:
+        SclaError: the sentence names the place and what may stand there.
+    """
+    if not isinstance(state, dict):
+        raise SclaError(f"a state is a dict, not {type(state).__name__}")
+    _packed(state, "", {})
+
+
+def _packed(value: Any, where: str, arrays: dict[str, NDArray[Any]]) -> Any:
+    """Return what JSON can hold, and collect the arrays by their place."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.ndarray) and value.dtype.kind in _ARRAY_KINDS:
+        arrays[where] = value
+        return {_ARRAY: where}
+    if isinstance(value, list):
+        return [_packed(item, f"{where}/{number}", arrays) for number, item in enumerate(value)]
+    if isinstance(value, dict):
+        for key in value:
+            if not (isinstance(key, str) and _KEY.fullmatch(key)):
+                raise SclaError(f"{where or 'the state'} has the key {key!r}: a key is a word")
+        return {key: _packed(item, f"{where}/{key}".lstrip("/"), arrays) for key, item in value.items()}
+    kinds = "numpy arrays of numbers, int, float, str, bool, None, and dicts and lists of these"
+    raise SclaError(f"{where} is {type(value).__name__}: a state holds {kinds}")
+
+
+def _unpacked_file(content: bytes) -> dict[str, Any]:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
+            raise ValueError("it is compressed")
+        top: dict[str, Any] = _unpacked(json.loads(archive.read(_STATE)), archive)
+        return top
+
+
+def _unpacked(value: Any, archive: zipfile.ZipFile) -> Any:
+    if isinstance(value, list):
+        return [_unpacked(item, archive) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if _ARRAY in value:
+        with archive.open(f"{value[_ARRAY]}.npy") as stream:
+            return np.lib.format.read_array(stream, allow_pickle=False)
+    return {key: _unpacked(item, archive) for key, item in value.items()}
+
+
+def _digest(content: memoryview | bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()

@@ -1,0 +1,67 @@
+"""An Arrow stream that is written batch by batch and stays readable up to its last whole batch, whatever ends it.
+
+Each batch carries its own SHA-256. The stream has no end marker: what follows the last whole batch was being written.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pyarrow as pa
+
+_DIGEST: Final = b"sha256"
+"""The key of a batch's digest in its custom metadata."""
+
+
+def header(schema: pa.Schema) -> bytes:
+    """Return the bytes that a stream of this schema begins with."""
+    content: bytes = schema.serialize().to_pybytes()
+    return content
+
+
+def message(batch: pa.RecordBatch) -> bytes:
+    """Return the bytes of a batch in its stream, its digest included."""
+    sink = pa.BufferOutputStream()
+    pa.ipc.new_stream(sink, batch.schema).write_batch(batch, custom_metadata={_DIGEST: _digest(batch)})
+    return bytes(memoryview(sink.getvalue())[len(header(batch.schema)) :])
+
+
+def whole_batches(path: Path, schema: pa.Schema) -> Iterator[pa.RecordBatch]:
+    """Yield the batches of a stream; one that a kill cut short ends it.
+
+    Raises:
+        OSError: the file cannot be read.
+        pyarrow.ArrowInvalid: it holds other columns, or is damaged before its end.
+    """
+    with path.open("rb") as file:
+        if _is_cut_header(file.read(len(header(schema))), schema):
+            return
+        file.seek(0)
+        stream = pa.ipc.open_stream(file)
+        if not stream.schema.equals(schema):
+            raise pa.ArrowInvalid("it holds other columns")
+        while True:
+            start = file.tell()
+            try:
+                batch, metadata = stream.read_next_batch_with_custom_metadata()
+            except (StopIteration, pa.ArrowInvalid, OSError):
+                break
+            if metadata is None or metadata.get(_DIGEST) != _digest(batch):
+                raise pa.ArrowInvalid("a batch does not fit its SHA-256")
+            yield batch
+        file.seek(start)
+        if file.read().count(_DIGEST) > 1:
+            raise pa.ArrowInvalid("it breaks off before its end")  # a kill leaves at most one batch behind
+
+
+def _is_cut_header(start: bytes, schema: pa.Schema) -> bool:
+    """Tell whether a run was killed before even the stream's header was on disk."""
+    whole = header(schema)
+    return len(start) < len(whole) and whole.startswith(start)
+
+
+def _digest(batch: pa.RecordBatch) -> bytes:
+    return hashlib.sha256(batch.serialize()).hexdigest().encode()
