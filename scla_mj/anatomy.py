@@ -1,4 +1,8 @@
-"""The network's names: 12 populations (Table 3) and 8 projections (Table 4 of the paper), in the paper's order."""
+"""The network's names: 12 populations (Table 3) and 8 projections (Table 4 of the paper), in the paper's order.
+
+The paper's network has 1000 neurons. A larger one, for measurements of growth, has larger populations in the same
+proportions; each of its sensory neurons still reaches 100 neurons of two motor populations.
+"""
 
 from typing import Final, NamedTuple
 
@@ -6,7 +10,7 @@ from scla_mj.grid import Action
 
 
 class Population(NamedTuple):
-    """A group of neurons, the half-open range [start, stop) of the network's 1000."""
+    """A group of neurons, the half-open range [start, stop) of the network's."""
 
     name: str
     start: int
@@ -31,8 +35,11 @@ class Projection(NamedTuple):
         return self.sensor == self.motor
 
 
-def _populations() -> tuple[Population, ...]:
-    names_and_sizes = [(kind + side, size) for kind, size in (("S", 100), ("M", 100), ("I", 50)) for side in "UDLR"]
+def populations_of(neurons: int) -> tuple[Population, ...]:
+    """Return the populations of a network of `neurons`, a multiple of 1000."""
+    share = neurons // 1000
+    sizes = {"S": 100 * share, "M": 100 * share, "I": 50 * share}
+    names_and_sizes = [(kind + side, size) for kind, size in sizes.items() for side in "UDLR"]
     populations, start = [], 0
     for name, size in names_and_sizes:
         populations.append(Population(name, start, start + size))
@@ -40,7 +47,7 @@ def _populations() -> tuple[Population, ...]:
     return tuple(populations)
 
 
-POPULATIONS: Final = _populations()
+POPULATIONS: Final = populations_of(1000)
 POPULATION_NAMES: Final = tuple(population.name for population in POPULATIONS)
 SENSORY: Final = POPULATIONS[0:4]
 MOTOR: Final = POPULATIONS[4:8]

@@ -31,8 +31,12 @@ class LearningAutomata:
 
     def draw(self, cell: Cell) -> Action:
         """Draw an action from the cell's probabilities."""
-        reached = self._rng.random() < np.cumsum(self._vector(cell))
-        return Action(int(np.argmax(reached))) if reached.any() else self.best(cell)
+        point, reached = self._rng.random(), 0.0
+        for action, probability in zip(Action, self._vector(cell).tolist(), strict=True):
+            reached += probability
+            if point < reached:
+                return action
+        return self.best(cell)
 
     def best(self, cell: Cell) -> Action:
         """Return the cell's most probable action."""

@@ -6,8 +6,6 @@ import math
 from collections import deque
 from typing import Final, NamedTuple
 
-import numpy as np
-
 from scla_mj.grid import Action, Cell
 from scla_mj.signals import Feedback, Outcome, Percept
 
@@ -23,14 +21,13 @@ class CellStates:
     updated.
     """
 
-    def __init__(self, cells: tuple[int, int], *, discount: float) -> None:
+    def __init__(self, *, discount: float) -> None:
         self._discount = discount
         self._targets: set[Cell] = set()
-        # A border of unknown cells spares every question about the edge.
-        self._states = np.zeros((cells[0] + 2, cells[1] + 2))
+        self._states: dict[Cell, float] = {}
 
     def __getitem__(self, cell: Cell) -> float:
-        return float(self._states[cell])
+        return self._states.get(cell, 0.0)
 
     def judge(self, feedback: Feedback) -> int:
         """Update the states of both cells of a move; return 1 if it led to a better one, -1 to a worse one, else 0."""
@@ -39,8 +36,8 @@ class CellStates:
             self._believe(feedback.after.cell)
         else:
             self._observe(feedback.after)
-        before, after = self._states[feedback.before.cell], self._states[feedback.after.cell]
-        return int(np.sign(after - before))
+        before, after = self[feedback.before.cell], self[feedback.after.cell]
+        return (after > before) - (after < before)
 
     def _observe(self, percept: Percept) -> None:
         """Set the state of the robot's own cell from its four neighbours; correct what is seen to be out of date."""
@@ -52,7 +49,7 @@ class CellStates:
             elif neighbour in self._targets:  # the target has left
                 self._targets.remove(neighbour)
                 self._states[neighbour] = 0.0
-            best = max(best, float(self._states[neighbour]))
+            best = max(best, self[neighbour])
         self._targets.discard(percept.cell)
         self._states[percept.cell] = self._discount * best
 

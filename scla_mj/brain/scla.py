@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,13 @@ if TYPE_CHECKING:
     from scla_mj.config import RunConfig
 
 
+# What a used sensor teaches, (8,): its agreeing connection up, its opposite one down.
+_TAUGHT: Final = {
+    side: np.array([(1.0 if p.agrees else -1.0) if p.sensor == side else 0.0 for p in PROJECTIONS]) for side in Action
+}
+_UNTAUGHT: Final = np.zeros(len(PROJECTIONS))
+
+
 class SclaBrain(Brain):
     """The paper's algorithm (docs/model.md). One clock: the network runs while the robot thinks and while it drives."""
 
@@ -36,10 +43,10 @@ class SclaBrain(Brain):
         )
         cells = config.grid.cells
         self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.AUTOMATA))
-        self.states = CellStates(cells, discount=config.automaton.discount)
+        self.states = CellStates(discount=config.automaton.discount)
         self._path = PathTrace(tau_moves=config.automaton.trace_tau_moves)
         self._ties = generator(config.seed, Consumer.TIES)
-        self._thought = self._driven = self.network.run(0)
+        self._still = self._thought = self._driven = self.network.run(0)
         self._driven_steps = 0
 
     def decide(self, percept: Percept) -> Decision:
@@ -54,10 +61,10 @@ class SclaBrain(Brain):
             population = MOTOR[advised]
             drive[population.start : population.stop] = self._config.network.advice_drive
         self._thought = self.network.run(self._clock.thinking_steps, drive)
-        self._driven, self._driven_steps = self.network.run(0), 0
-        counts = self._thought.counts[len(SENSORY) : len(SENSORY) + len(MOTOR)]
-        up, down, left, right = (int(count) for count in counts)
-        return Decision(self._busiest(counts), advised, (up, down, left, right))
+        self._driven, self._driven_steps = self._still, 0
+        up, down, left, right = self._thought.counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
+        counts = (up, down, left, right)
+        return Decision(self._busiest(counts), advised, counts)
 
     def elapse(self, duration_s: float) -> None:
         """Run the network, undriven but for its noise, while the wheels turn."""
@@ -94,9 +101,10 @@ class SclaBrain(Brain):
         """Return copies of the weights and the action probabilities."""
         return Snapshot(self.network.weights.copy(), self.automata.probabilities.copy())
 
-    def _busiest(self, counts: NDArray[np.int64]) -> Action:
-        winners = np.flatnonzero(counts == counts.max())
-        return Action(int(winners[0] if len(winners) == 1 else self._ties.choice(winners)))
+    def _busiest(self, counts: tuple[int, int, int, int]) -> Action:
+        most = max(counts)
+        winners = [action for action in Action if counts[action] == most]
+        return winners[0] if len(winners) == 1 else winners[int(self._ties.choice(len(winners)))]
 
     def _release_dopamine(self, feedback: Feedback) -> None:
         """Reward or punish the move that a sensed target called for; without one, the network is not taught."""
@@ -137,7 +145,7 @@ def _signed(feedback: Feedback) -> NDArray[np.float64]:
     """
     sensed = feedback.before.sensed
     used = sensed is not None and feedback.action in (sensed, sensed.opposite)
-    return np.array([(1.0 if p.agrees else -1.0) if used and p.sensor == sensed else 0.0 for p in PROJECTIONS])
+    return _TAUGHT[sensed] if used and sensed is not None else _UNTAUGHT
 
 
 def _scalar(feedback: Feedback) -> NDArray[np.float64]:

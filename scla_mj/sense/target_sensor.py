@@ -11,8 +11,9 @@ class TargetSensor:
 
     def __init__(self, grid: Grid) -> None:
         self._grid = grid
+        self._sensed = {cell: action.opposite for action, cell in grid.neighbours(grid.target)}
 
     def sense(self, x_m: float, y_m: float) -> Percept:
         """Return what the robot senses at a point of the floor, in metres from the floor's centre."""
         cell = self._grid.cell_at(x_m, y_m)
-        return Percept(cell, self._grid.sensed_from(cell))
+        return Percept(cell, self._sensed.get(cell))

@@ -23,6 +23,8 @@ UPRIGHT_COSINE: Final = 0.9
 """A chassis whose up axis leans further than this (26 degrees) has fallen: the wheels no longer carry it."""
 _SETTLING_S: Final = 2.0
 """How long a fresh robot stands before its resting height is read; it rests within 0.3 s."""
+_DROP_M: Final = 0.005
+"""From how far above its nominal height a changed robot settles: more than its wheels may have grown."""
 
 
 class Pose(NamedTuple):
@@ -52,6 +54,9 @@ class World:
         self.grid = grid
         self.model: Any = compose(grid, clock).compile()
         self.data: Any = mujoco.MjData(self.model)
+        # Views, taken once: an attribute of MjData costs as much as a move's arithmetic.
+        self._qpos, self._qvel, self._warnings = self.data.qpos, self.data.qvel, self.data.warning.number
+        self._timestep = float(self.model.opt.timestep)
         self.steps = 0
         self.wheel_radius_m = float(self.model.geom(names.WHEEL_CONTACTS[0]).size[0])
         self.track_m = float(np.ptp([self.model.body(wheel).pos[1] for wheel in names.WHEELS]))
@@ -101,7 +106,7 @@ class World:
 
     def pose(self) -> Pose:
         """Return the robot's physical pose."""
-        x, y, _, qw, qx, qy, qz = self.data.qpos[:7].tolist()
+        x, y, _, qw, qx, qy, qz = self._qpos[:7].tolist()
         heading = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
         return Pose(x, y, heading, 1 - 2 * (qx * qx + qy * qy))
 
@@ -112,18 +117,32 @@ class World:
     def faults(self) -> list[str]:
         """Return a sentence for each thing that has gone wrong since the spawn; none if all is well."""
         found = []
-        if not (np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all()):
+        if not (np.isfinite(self._qpos).all() and np.isfinite(self._qvel).all()):
             found.append("the robot's state is not finite")
         elif not self.can_drive():
             found.append("the robot has fallen over")
-        for kind, count in enumerate(self.data.warning.number):
-            if count:
-                found.append(f"MuJoCo warned {count} times of {mujoco.mjtWarning(kind).name.removeprefix('mjWARN_')}")
-        timestep = self.model.opt.timestep
+        for kind in np.flatnonzero(self._warnings).tolist():
+            warning = mujoco.mjtWarning(kind).name.removeprefix("mjWARN_")
+            found.append(f"MuJoCo warned {self._warnings[kind]} times of {warning}")
         # Half a step: room for the rounding of some 1e9 additions, none for a step too many.
-        if not abs(self.data.time - self.steps * timestep) < timestep / 2:
+        if not abs(self.data.time - self.steps * self._timestep) < self._timestep / 2:
             found.append(f"MuJoCo's time is {self.data.time:g} s after {self.steps} steps: it has reset itself")
         return found
+
+    def settle(self, scratch: Any) -> None:
+        """Find anew how the robot stands, after its model was changed: every spawn from now on puts it down like that.
+
+        `scratch` is a fresh `MjData` of the model, for the robot to come to rest in.
+        """
+        scratch.qpos[2] += _DROP_M
+        mujoco.mj_step(self.model, scratch, nstep=round(_SETTLING_S / self.model.opt.timestep))
+        resting: NDArray[np.float64] = scratch.qpos.copy()
+        qw, qx, qy, qz = resting[3:7].tolist()
+        half = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)) / 2
+        mujoco.mju_mulQuat(resting[3:7], np.array([math.cos(half), 0, 0, -math.sin(half)]), scratch.qpos[3:7])
+        resting[:2] = 0.0
+        resting[7:] = 0.0
+        self._resting_qpos = resting
 
     def _settle(self) -> NDArray[np.float64]:
         """Let the robot come to rest, and return its qpos there, at the origin, heading along +x."""

@@ -32,7 +32,7 @@ def sweep(states, grid):
 
 
 def test_cell_states_converge_to_the_discount_to_the_power_of_the_distance():
-    states = CellStates(GRID.cells, discount=0.9)
+    states = CellStates(discount=0.9)
     for _ in range(10):
         sweep(states, GRID)
     for cell, distance in GRID.distances.items():
@@ -40,7 +40,7 @@ def test_cell_states_converge_to_the_discount_to_the_power_of_the_distance():
 
 
 def test_a_move_closer_is_good_and_a_move_away_is_bad_once_states_are_known():
-    states = CellStates(GRID.cells, discount=0.9)
+    states = CellStates(discount=0.9)
     for _ in range(10):
         sweep(states, GRID)
     for cell in GRID.open_cells():
@@ -53,12 +53,12 @@ def test_a_move_closer_is_good_and_a_move_away_is_bad_once_states_are_known():
 
 
 def test_where_nothing_is_known_nothing_is_signalled():
-    states = CellStates(GRID.cells, discount=0.9)
+    states = CellStates(discount=0.9)
     assert states.judge(walk(GRID, Cell(1, 1), Action.UP)) == 0
 
 
 def test_a_target_that_has_left_is_forgotten_and_the_new_one_takes_its_place():
-    states = CellStates(GRID.cells, discount=0.9)
+    states = CellStates(discount=0.9)
     for _ in range(10):
         sweep(states, GRID)
     moved = Grid((5, 5), Cell(1, 5), 0.3)

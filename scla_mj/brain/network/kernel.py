@@ -22,17 +22,17 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from scla_mj.anatomy import EXCITATORY_COUNT, INHIBITORY, MOTOR, NEURON_COUNT, POPULATIONS, PROJECTIONS, SENSORY
+from scla_mj.anatomy import NEURONS_PER_SIDE, PROJECTIONS
 from scla_mj.brain.network.parameters import NeuronConstants, Parameters
 from scla_mj.brain.network.state import NetworkState
 from scla_mj.grid import Action
 
 _SIDES: Final = len(Action)
-_SIDE_SIZE: Final = SENSORY[0].size
-_MOTOR_START: Final = MOTOR[0].start
-_INHIBITORY_START: Final = INHIBITORY[0].start
-_POPULATION_STARTS: Final = np.array([p.start for p in POPULATIONS] + [NEURON_COUNT])
-_POPULATION_OF: Final = np.repeat(np.arange(len(POPULATIONS)), [p.size for p in POPULATIONS])
+# A population is made of blocks of this size; a projection connects block with block, all to all.
+_BLOCK: Final = NEURONS_PER_SIDE
+
+NOT_FINITE: Final = -1
+"""What `run` returns, instead of a number of spikes, where a membrane potential is no longer finite."""
 _MOTOR_OF: Final = np.array([int(p.motor) for p in PROJECTIONS])
 _SENSOR_OF: Final = np.array([int(p.sensor) for p in PROJECTIONS])
 _OUT_OF_SENSOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.sensor == side] for side in Action])
@@ -57,15 +57,15 @@ def _gather_current(state: NetworkState, parameters: Parameters, drive: Any) -> 
     """Add up this step's current: drive, the last step's spikes, noise."""
     real = state.synaptic.dtype.type
     pulse, unit, amplitude = parameters.excitatory.pulse, parameters.noise_unit, parameters.noise_amplitude
-    for i in range(NEURON_COUNT):
+    for i in range(drive.shape[0]):
         bits = next_noise(state.noise_low, state.noise_high, i)
         state.synaptic[i] = drive[i] + pulse * state.synaptic[i] + amplitude[i] * (unit * real(bits))
 
 
 @njit(inline="always")
-def _advance(v: Any, u: Any, current: Any, fired: Any, start: int, stop: int, cell: NeuronConstants) -> None:
-    """Equations 1 and 2 for neurons [start, stop): v in two half steps with the old u, then u from the new v."""
-    for i in range(start, stop):
+def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) -> None:
+    """Equations 1 and 2 for neurons of one kind: v in two half steps with the old u, then u from the new v."""
+    for i in range(v.shape[0]):
         vi, ui, ci = v[i], u[i], current[i]
         vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
         vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
@@ -80,16 +80,18 @@ def _advance(v: Any, u: Any, current: Any, fired: Any, start: int, stop: int, ce
 def _integrate(state: NetworkState, parameters: Parameters, drive: Any) -> None:
     _gather_current(state, parameters, drive)
     v, u, current, fired = state.v, state.u, state.synaptic, state.fired
-    _advance(v, u, current, fired, 0, EXCITATORY_COUNT, parameters.excitatory)
-    _advance(v, u, current, fired, EXCITATORY_COUNT, NEURON_COUNT, parameters.inhibitory)
-    for i in range(NEURON_COUNT):
+    # Slices that start at 0, because a loop from a start of unknown sign is not vectorised.
+    split = state.trace.shape[0]
+    _advance(v[:split], u[:split], current[:split], fired[:split], parameters.excitatory)
+    _advance(v[split:], u[split:], current[split:], fired[split:], parameters.inhibitory)
+    for i in range(current.shape[0]):
         current[i] = parameters.plasticity.zero
 
 
 @njit(inline="always")
 def _decay(state: NetworkState, parameters: Parameters) -> None:
     p = parameters.plasticity
-    for i in range(EXCITATORY_COUNT):
+    for i in range(state.trace.shape[0]):
         trace = state.trace[i] * p.trace_decay
         state.trace[i] = trace if trace >= p.trace_floor else p.zero
     state.decayed[0] *= p.eligibility_decay
@@ -100,24 +102,24 @@ def _decay(state: NetworkState, parameters: Parameters) -> None:
 
 
 @njit(inline="always")
-def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int) -> None:
+def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int, population: int) -> None:
     """Deliver both rows of weights; depress their eligibility by the postsynaptic traces."""
     p = parameters.plasticity
-    row = neuron % _SIDE_SIZE
+    row = neuron - parameters.population_start[population]
     real = state.anchor.dtype.type
     depression = p.depression / real(state.decayed[0])
     for connection in range(_OUT_OF_SENSOR.shape[1]):
-        k = _OUT_OF_SENSOR[neuron // _SIDE_SIZE, connection]
-        first = _MOTOR_START + _MOTOR_OF[k] * _SIDE_SIZE
-        current = state.synaptic[first : first + _SIDE_SIZE]
-        trace = state.trace[first : first + _SIDE_SIZE]
+        k = _OUT_OF_SENSOR[population, connection]
+        first = parameters.population_start[_SIDES + _MOTOR_OF[k]] + row // _BLOCK * _BLOCK
+        current = state.synaptic[first : first + _BLOCK]
+        trace = state.trace[first : first + _BLOCK]
         anchor, scaled, gathered = state.anchor[k, row], state.scaled[k, row], real(state.gathered[k])
         if gathered == p.zero:
-            for j in range(_SIDE_SIZE):
+            for j in range(_BLOCK):
                 current[j] += anchor[j]
                 scaled[j] -= depression * trace[j]
             continue
-        for j in range(_SIDE_SIZE):
+        for j in range(_BLOCK):
             weight = min(max(anchor[j] + scaled[j] * gathered, p.zero), p.weight_max)
             current[j] += weight
             scaled[j] -= depression * trace[j]
@@ -126,22 +128,25 @@ def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int) -> 
 
 
 @njit(inline="always")
-def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int) -> None:
+def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int, population: int) -> None:
     """Potentiate both columns of eligibility by the presynaptic traces, this step's sensory spikes included."""
     p = parameters.plasticity
-    column = neuron % _SIDE_SIZE
+    column = neuron - parameters.population_start[population]
+    top = column // _BLOCK * _BLOCK
+    column -= top
     real = state.anchor.dtype.type
     potentiation = p.potentiation / real(state.decayed[0])
     for connection in range(_INTO_MOTOR.shape[1]):
-        k = _INTO_MOTOR[neuron // _SIDE_SIZE - _SIDES, connection]
-        first = _SENSOR_OF[k] * _SIDE_SIZE
-        trace = state.trace[first : first + _SIDE_SIZE]
-        anchor, scaled, gathered = state.anchor[k], state.scaled[k], real(state.gathered[k])
+        k = _INTO_MOTOR[population - _SIDES, connection]
+        first = parameters.population_start[_SENSOR_OF[k]] + top
+        trace = state.trace[first : first + _BLOCK]
+        anchor, scaled = state.anchor[k, top : top + _BLOCK], state.scaled[k, top : top + _BLOCK]
+        gathered = real(state.gathered[k])
         if gathered == p.zero:
-            for i in range(_SIDE_SIZE):
+            for i in range(_BLOCK):
                 scaled[i, column] += potentiation * trace[i]
             continue
-        for i in range(_SIDE_SIZE):
+        for i in range(_BLOCK):
             weight = min(max(anchor[i, column] + scaled[i, column] * gathered, p.zero), p.weight_max)
             scaled[i, column] += potentiation * trace[i]
             anchor[i, column] = weight - scaled[i, column] * gathered
@@ -149,25 +154,27 @@ def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int) -> No
 
 
 @njit(inline="always")
-def _add_current(synaptic: Any, population: int, current: Any) -> None:
-    for i in range(_POPULATION_STARTS[population], _POPULATION_STARTS[population + 1]):
-        synaptic[i] += current
+def _add_current(synaptic: Any, population_start: Any, population: int, current: Any) -> None:
+    target = synaptic[population_start[population] : population_start[population + 1]]
+    for i in range(target.shape[0]):
+        target[i] += current
 
 
 @njit(inline="always")
-def _inhibit(synaptic: Any, counts: Any, motor_to_inhibitory: Any, inhibitory_to_motor: Any) -> None:
+def _inhibit(synaptic: Any, counts: Any, parameters: Parameters) -> None:
     """Motor populations excite their own inhibitory population, which inhibits the three other motor populations."""
     real = synaptic.dtype.type
+    starts = parameters.population_start
     inhibition = 0
     for side in range(_SIDES):
         inhibition += counts[2 * _SIDES + side]
     for side in range(_SIDES):
         others = inhibition - counts[2 * _SIDES + side]
         if others:
-            _add_current(synaptic, _SIDES + side, inhibitory_to_motor * real(others))
+            _add_current(synaptic, starts, _SIDES + side, parameters.inhibitory_to_motor * real(others))
         own = counts[_SIDES + side]
         if own:
-            _add_current(synaptic, 2 * _SIDES + side, motor_to_inhibitory * real(own))
+            _add_current(synaptic, starts, 2 * _SIDES + side, parameters.motor_to_inhibitory * real(own))
 
 
 @njit(inline="always")
@@ -177,12 +184,13 @@ def _route_spikes(state: NetworkState, parameters: Parameters, neurons: Any, cou
         state.step_counts[population] = 0
     for spike in range(neurons.shape[0]):
         neuron = neurons[spike]
-        if neuron < _MOTOR_START:
-            _sensory_spike(state, parameters, neuron)
-        elif neuron < _INHIBITORY_START:
-            _motor_spike(state, parameters, neuron)
-        state.step_counts[_POPULATION_OF[neuron]] += 1
-    _inhibit(state.synaptic, state.step_counts, parameters.motor_to_inhibitory, parameters.inhibitory_to_motor)
+        population = parameters.population_of[neuron]
+        if population < _SIDES:
+            _sensory_spike(state, parameters, neuron, population)
+        elif population < 2 * _SIDES:
+            _motor_spike(state, parameters, neuron, population)
+        state.step_counts[population] += 1
+    _inhibit(state.synaptic, state.step_counts, parameters)
     for population in range(counts.shape[0]):
         counts[population] += state.step_counts[population]
 
@@ -198,6 +206,14 @@ def _list_spikes(fired: Any, fired_octets: Any, neurons: Any) -> int:
                     neurons[count] = neuron
                     count += 1
     return count
+
+
+@njit(inline="always")
+def _is_finite(values: Any) -> bool:
+    finite = True
+    for i in range(values.shape[0]):
+        finite &= np.isfinite(values[i])
+    return finite
 
 
 @njit(inline="always")
@@ -231,10 +247,11 @@ def run(
     spike_neuron: Any,
     counts: Any,
 ) -> int:
-    """Advance the network by `steps` steps under a constant `drive`, (1000,), one current a neuron; then settle.
+    """Advance the network by `steps` steps under a constant `drive`, (N,), one current a neuron; then settle.
 
     Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, which
-    must hold 1000 a step; adds the spikes of each population to `counts`, (12,) int64; returns the number of spikes.
+    must hold N a step; adds the spikes of each population to `counts`, (12,) int64. Returns the number of spikes, or
+    `NOT_FINITE` where a membrane potential no longer is.
     """
     total = 0
     for step in range(first_step, first_step + steps):
@@ -246,4 +263,20 @@ def run(
         _route_spikes(state, parameters, spike_neuron[total : total + count], counts)
         total += count
     settle(state, parameters)
-    return total
+    return total if _is_finite(state.v) and _is_finite(state.u) else NOT_FINITE
+
+
+@njit(cache=True)
+def mean_weights(anchor: Any) -> Any:
+    """Return the mean of each projection's settled weights, (8,) float64; a sum a column, so that it vectorises."""
+    means = np.empty(anchor.shape[0])
+    for k in range(anchor.shape[0]):
+        columns = np.zeros(_BLOCK)
+        for i in range(anchor.shape[1]):
+            for j in range(_BLOCK):
+                columns[j] += anchor[k, i, j]
+        total = 0.0
+        for j in range(_BLOCK):
+            total += columns[j]
+        means[k] = total / (anchor.shape[1] * _BLOCK)
+    return means

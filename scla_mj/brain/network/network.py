@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import NEURON_COUNT, POPULATIONS, PROJECTIONS
+from scla_mj.anatomy import NEURON_COUNT, POPULATIONS
 from scla_mj.brain.network import kernel
 from scla_mj.brain.network.parameters import build_parameters
 from scla_mj.brain.network.state import initial_state
@@ -29,7 +29,10 @@ class Spikes(NamedTuple):
 
 
 class Network:
-    """1000 Izhikevich neurons, 80,000 plastic synapses, dopamine (paper, Tables 3 and 4, equations 1 to 4)."""
+    """1000 Izhikevich neurons, 80,000 plastic synapses, dopamine (paper, Tables 3 and 4, equations 1 to 4).
+
+    `neurons`, a multiple of 1000, makes a larger one with as many synapses a neuron (see anatomy.py).
+    """
 
     def __init__(
         self,
@@ -39,24 +42,25 @@ class Network:
         neural_step_ms: float,
         weights: np.random.Generator,
         noise: np.random.SeedSequence,
+        neurons: int = NEURON_COUNT,
     ) -> None:
         self._real = np.dtype(network.precision)
-        self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms)
-        self.state = initial_state(network, weights=weights, noise=noise)
+        self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
+        self.state = initial_state(network, weights=weights, noise=noise, neurons=neurons)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
-        self._silence = np.zeros(NEURON_COUNT, self._real)
-        self._spike_step = np.empty(_STEPS_A_CALL * NEURON_COUNT, np.int32)
-        self._spike_neuron = np.empty(_STEPS_A_CALL * NEURON_COUNT, np.int32)
+        self._silence = np.zeros(neurons, self._real)
+        self._spike_step = np.empty(_STEPS_A_CALL * neurons, np.int32)
+        self._spike_neuron = np.empty(_STEPS_A_CALL * neurons, np.int32)
 
     @property
     def weights(self) -> NDArray[Any]:
-        """The weights, (8, 100, 100): projection, presynaptic neuron, postsynaptic neuron."""
+        """The weights, (8, n, 100): projection, presynaptic neuron, postsynaptic neuron of its block."""
         return self.state.anchor
 
     @property
     def eligibility(self) -> NDArray[Any]:
-        """The eligibility traces, (8, 100, 100)."""
+        """The eligibility traces, (8, n, 100)."""
         return self.state.scaled
 
     @property
@@ -66,11 +70,11 @@ class Network:
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, (8,)."""
-        means: NDArray[np.float64] = self.weights.reshape(len(PROJECTIONS), -1).mean(axis=1, dtype=np.float64)
+        means: NDArray[np.float64] = kernel.mean_weights(self.weights)
         return means
 
     def run(self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0) -> Spikes:
-        """Run `steps` neural steps under a constant current into each neuron, (1000,), and return the spikes.
+        """Run `steps` neural steps under a constant current into each neuron, (N,), and return the spikes.
 
         `first_step` is the number that the first step's spikes carry.
 
@@ -93,10 +97,13 @@ class Network:
                 self._spike_neuron,
                 counts,
             )
+            if spikes == kernel.NOT_FINITE:
+                raise SclaError(
+                    "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
+                )
             parts.append((self._spike_step[:spikes].copy(), self._spike_neuron[:spikes].copy()))
             done += size
             self._steps += size
-        self._check_finite()
         return Spikes(_join([step for step, _ in parts]), _join([neuron for _, neuron in parts]), counts)
 
     def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
@@ -111,12 +118,6 @@ class Network:
                 self.state.dopamine[:] += amount
         self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
         return min((due - self._steps for due, _ in self._releases), default=_STEPS_A_CALL)
-
-    def _check_finite(self) -> None:
-        if not (np.isfinite(self.state.v).all() and np.isfinite(self.state.u).all()):
-            raise SclaError(
-                "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
-            )
 
 
 def _join(parts: list[NDArray[np.int32]]) -> NDArray[np.int32]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import INHIBITORY, MOTOR, NEURON_COUNT, SENSORY
+from scla_mj.anatomy import NEURON_COUNT, Population, populations_of
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig, PlasticityConfig
@@ -75,24 +75,31 @@ class PlasticityConstants(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """All that a step reads and never writes.
+    """All that a step reads and never writes, for N neurons.
 
-    `noise_amplitude`, (1000,), is the half width of each neuron's uniform noise; `noise_unit`, 2**-31, turns a signed
-    32-bit integer into a uniform number on [-1, 1).
+    `population_start`, (13,), and `population_of`, (N,), say which neurons are whose. `noise_amplitude`, (N,), is the
+    half width of each neuron's uniform noise; `noise_unit`, 2**-31, turns a signed 32-bit integer into a uniform number
+    on [-1, 1).
     """
 
     excitatory: NeuronConstants
     inhibitory: NeuronConstants
     plasticity: PlasticityConstants
+    population_start: NDArray[np.int64]
+    population_of: NDArray[np.int64]
     noise_amplitude: NDArray[Any]
     noise_unit: Any
     motor_to_inhibitory: Any
     inhibitory_to_motor: Any
 
 
-def build_parameters(network: NetworkConfig, plasticity: PlasticityConfig, *, neural_step_ms: float) -> Parameters:
-    """Derive the constants of one neural step of `neural_step_ms`."""
+def build_parameters(
+    network: NetworkConfig, plasticity: PlasticityConfig, *, neural_step_ms: float, neurons: int = NEURON_COUNT
+) -> Parameters:
+    """Derive the constants of one neural step of `neural_step_ms`; a larger network shares the fixed weights out."""
     real = np.dtype(network.precision).type
+    populations = populations_of(neurons)
+    share = NEURON_COUNT / neurons
     return Parameters(
         excitatory=_neuron_constants(REGULAR_SPIKING, neural_step_ms, real),
         inhibitory=_neuron_constants(FAST_SPIKING, neural_step_ms, real),
@@ -108,10 +115,12 @@ def build_parameters(network: NetworkConfig, plasticity: PlasticityConfig, *, ne
             floor=real(FLOOR[network.precision]),
             trace_floor=real(TRACE_FLOOR),
         ),
-        noise_amplitude=_noise_amplitude(network, neural_step_ms),
+        population_start=np.array([population.start for population in populations] + [neurons]),
+        population_of=np.repeat(np.arange(len(populations)), [population.size for population in populations]),
+        noise_amplitude=_noise_amplitude(network, populations, neural_step_ms),
         noise_unit=real(2.0**-31),
-        motor_to_inhibitory=real(network.motor_to_inhibitory),
-        inhibitory_to_motor=real(network.inhibitory_to_motor),
+        motor_to_inhibitory=real(network.motor_to_inhibitory * share),
+        inhibitory_to_motor=real(network.inhibitory_to_motor * share),
     )
 
 
@@ -130,14 +139,9 @@ def _neuron_constants(kind: CellType, step_ms: float, real: Any) -> NeuronConsta
     )
 
 
-def _noise_amplitude(network: NetworkConfig, step_ms: float) -> NDArray[Any]:
+def _noise_amplitude(network: NetworkConfig, populations: tuple[Population, ...], step_ms: float) -> NDArray[Any]:
     """Half width of each neuron's uniform noise; 1/sqrt(step) keeps its power the same at any step length."""
-    amplitude = np.zeros(NEURON_COUNT)
-    for populations, deviation in (
-        (SENSORY, network.sensory_noise),
-        (MOTOR, network.motor_noise),
-        (INHIBITORY, network.inhibitory_noise),
-    ):
-        amplitude[populations[0].start : populations[-1].stop] = deviation
+    deviation = {"S": network.sensory_noise, "M": network.motor_noise, "I": network.inhibitory_noise}
+    amplitude = np.concatenate([np.full(group.size, deviation[group.name[0]]) for group in populations])
     half_width: NDArray[Any] = (amplitude * _UNIFORM_HALF_WIDTH / np.sqrt(step_ms)).astype(network.precision)
     return half_width

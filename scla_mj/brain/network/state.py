@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import EXCITATORY_COUNT, NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS
+from scla_mj.anatomy import MOTOR, NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, SENSORY, populations_of
 from scla_mj.brain.network.parameters import REGULAR_SPIKING
 
 if TYPE_CHECKING:
@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 class NetworkState(NamedTuple):
     """The network's state, as arrays that the kernel changes in place. `R` is float32 or float64.
 
-    `v`, `u`: membrane potential and recovery, (1000,) R. `synaptic`: current that arrives in the next step, (1000,)
-    R. `trace`: STDP traces of the sensory and motor neurons, (800,) R. `dopamine`: concentration at each projection,
-    (8,) float64. `anchor` and `scaled`, (8, 100, 100) R, hold weights and eligibility lazily (see kernel.py),
-    `decayed` (1,) and `gathered` (8,), both float64, what they are scaled by. `noise_low`, `noise_high`: each
-    neuron's own generator, (1000,) uint32. `fired`: this step's spikes, (1000,) uint8,
-    and `fired_octets`, (125,), the same memory by eights; `step_counts`: their number by population, (12,).
+    N neurons, n of them in a sensory or motor population: 1000 and 100 in the paper. `v`, `u`: membrane potential and
+    recovery, (N,) R. `synaptic`: current that arrives in the next step, (N,) R. `trace`: STDP traces of the sensory and
+    motor neurons, (8 n,) R. `dopamine`: concentration at each projection, (8,) float64. `anchor` and `scaled`,
+    (8, n, 100) R, hold weights and eligibility lazily (see kernel.py), `decayed` (1,) and `gathered` (8,), both
+    float64, what they are scaled by. `noise_low`, `noise_high`: each neuron's own generator, (N,) uint32. `fired`: this
+    step's spikes, (N,) uint8, and `fired_octets`, (N / 8,), the same memory by eights; `step_counts`: their number by
+    population, (12,).
     """
 
     v: NDArray[Any]
@@ -42,20 +43,25 @@ class NetworkState(NamedTuple):
 
 
 def initial_state(
-    config: NetworkConfig, *, weights: np.random.Generator, noise: np.random.SeedSequence
+    config: NetworkConfig,
+    *,
+    weights: np.random.Generator,
+    noise: np.random.SeedSequence,
+    neurons: int = NEURON_COUNT,
 ) -> NetworkState:
     """Return a network at rest with uniform random weights and one seeded noise generator a neuron."""
     real = np.dtype(config.precision)
-    shape = (len(PROJECTIONS), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
-    lanes = noise.generate_state(2 * NEURON_COUNT, np.uint32).reshape(2, NEURON_COUNT)
+    excitatory = populations_of(neurons)[: len(SENSORY) + len(MOTOR)]
+    shape = (len(PROJECTIONS), excitatory[0].size, NEURONS_PER_SIDE)
+    lanes = noise.generate_state(2 * neurons, np.uint32).reshape(2, neurons)
     lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
-    fired = np.zeros(NEURON_COUNT, np.uint8)
+    fired = np.zeros(neurons, np.uint8)
     rest_v = REGULAR_SPIKING.c
     return NetworkState(
-        v=np.full(NEURON_COUNT, rest_v, real),
-        u=np.full(NEURON_COUNT, REGULAR_SPIKING.b * rest_v, real),
-        synaptic=np.zeros(NEURON_COUNT, real),
-        trace=np.zeros(EXCITATORY_COUNT, real),
+        v=np.full(neurons, rest_v, real),
+        u=np.full(neurons, REGULAR_SPIKING.b * rest_v, real),
+        synaptic=np.zeros(neurons, real),
+        trace=np.zeros(excitatory[-1].stop, real),
         dopamine=np.zeros(len(PROJECTIONS)),
         anchor=weights.uniform(config.weight_low, config.weight_high, shape).astype(real),
         scaled=np.zeros(shape, real),
