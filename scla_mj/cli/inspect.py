@@ -168,7 +168,8 @@ def _counts(table: pa.Table, thinking_window_s: float) -> dict[str, Any]:
 
 
 def _print_recording(console: Console, inspection: Inspection) -> None:
-    console.print(f"{inspection.path}", soft_wrap=True)
+    for part in inspection.parts:
+        console.print(f"{part}", soft_wrap=True)
     console.print(_epochs(inspection))
     for jump in inspection.jumps:
         console.print(f"the target jumps to cell {jump.target} at the beginning of epoch {jump.epoch}")

@@ -52,7 +52,7 @@ class Buffer:
         self.active: list[tuple[DecisionRow, ActivityRow]] = []
         self.spikes = 0
         self._pose_stride = pose_stride
-        self._strip = Strip(joins_windows=mode == "light")
+        self.strip = Strip(joins_windows=mode == "light")
 
     def add(self, record: DecisionRecord, decision: int, rolling: float) -> None:
         """Take what the mode keeps of one record."""
@@ -93,5 +93,5 @@ class Buffer:
             whole_steps=activity.steps,
             mean_weights=activity.mean_weights.copy(),
             dopamine=activity.dopamine.copy(),
-            origin_ms=self._strip.place(time_s, steps * self.clock.neural_step_ms),
+            origin_ms=self.strip.place(time_s, steps * self.clock.neural_step_ms),
         )

@@ -49,6 +49,13 @@ class Chunk(NamedTuple):
         """The simulated time of every row."""
         return np.asarray(self.rows.column(names.SIM_TIME).cast(pa.int64()).to_numpy()) / 1e9
 
+    def before(self, decision: int | None) -> Chunk:
+        """Return the rows of the decisions before that one; all of them if there is none, or they are static."""
+        if decision is None or not self.has(names.DECISION):
+            return self
+        kept = self.decision < decision
+        return self if kept.all() else self._replace(rows=self.rows.filter(pa.array(kept)))
+
     def has(self, component: str) -> bool:
         """Tell whether the rows carry a component, such as "Scalars:scalars"."""
         return component in self.rows.schema.names
@@ -72,6 +79,10 @@ class Chunk(NamedTuple):
         return np.asarray(tensor["buffer"].value.values.to_numpy()).reshape(shape)
 
 
+class EmptyRecordingError(SclaError):
+    """A run was stopped before it had written the first words of this recording, or of this part of one."""
+
+
 @contextlib.contextmanager
 def open_recording(path: Path, *, untrusted: bool = True) -> Iterator[RecordingFile]:
     """Open a recording of ours; one that a killed run left is read up to its last whole chunk.
@@ -90,17 +101,19 @@ def open_recording(path: Path, *, untrusted: bool = True) -> Iterator[RecordingF
             reader = _quietly(rr.chunk.RrdReader, readable)
             stores = _quietly(reader.recordings)
         if not stores:
-            raise SclaError(f"the recording {path} holds nothing yet: the run was stopped before it wrote anything")
+            raise EmptyRecordingError(
+                f"the recording {path} holds nothing yet: the run was stopped before it wrote anything"
+            )
         if stores[0].application_id != names.APPLICATION:
             raise SclaError(f"{path} was recorded by {stores[0].application_id!r}, not by scla-mj")
-        yield RecordingFile(path, reader, finished)
+        yield RecordingFile(path, reader, finished, stores[0].recording_id)
 
 
 class RecordingFile:
-    """An open recording. `finished` tells whether it was closed; a killed run's was not."""
+    """An open recording. `finished` tells whether it was closed; a killed run's was not. `run_id` is its identity."""
 
-    def __init__(self, path: Path, reader: rr.chunk.RrdReader, finished: bool) -> None:
-        self.path, self.finished = path, finished
+    def __init__(self, path: Path, reader: rr.chunk.RrdReader, finished: bool, run_id: str) -> None:
+        self.path, self.finished, self.run_id = path, finished, run_id
         self._reader = reader
 
     def chunks(self, content: list[str] | None = None) -> Iterator[Chunk]:
@@ -131,7 +144,7 @@ def _check_header(path: Path) -> bool:
     except OSError as error:
         raise SclaError(f"the recording {path} cannot be read: {error.strerror}") from error
     if size == 0:
-        raise SclaError(f"the recording {path} is empty: the run was stopped before it wrote anything")
+        raise EmptyRecordingError(f"the recording {path} is empty: the run was stopped before it wrote anything")
     if magic != _MAGIC:
         raise SclaError(f"{path} is not a Rerun recording: choose the recording.rrd of a run")
     return tail.startswith(_FOOTER_MAGIC)

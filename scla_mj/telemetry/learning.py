@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 _RECENT: Final = 100
 """Decisions in the rolling mean."""
@@ -35,3 +35,12 @@ class LearningCurve:
         self.tally = EpochTally(epoch, before.decisions + 1, before.hits + hit)
         self._recent.append(hit)
         return 1000 * sum(self._recent) / len(self._recent)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that `restore` needs to go on from here."""
+        return {"tally": None if self.tally is None else self.tally._asdict(), "recent": list(self._recent)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.tally = None if state["tally"] is None else EpochTally(**state["tally"])
+        self._recent = deque(state["recent"], maxlen=_RECENT)

@@ -45,3 +45,5 @@ CEILING: Final = "learning/ceiling"
 
 PROPERTIES: Final = "scla"
 """The recording property that carries the run's metadata."""
+FIRST_DECISION: Final = "first_decision"
+"""Among it: the first decision that a file holds, counted over the run. A resumed run's next part begins above 1."""

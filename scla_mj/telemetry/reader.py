@@ -1,4 +1,4 @@
-"""What a recording alone says about its run: one pass over the file, in memory that does not grow with it."""
+"""What a recording alone says about its run: one pass over its parts, in memory that does not grow with them."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
 from scla_mj.errors import SclaError
 from scla_mj.signals import Outcome
 from scla_mj.telemetry import names
-from scla_mj.telemetry.chunks import Chunk, RecordingFile, faults_named, open_recording
+from scla_mj.telemetry.chunks import Chunk, faults_named
 from scla_mj.telemetry.columns import OUTCOME_CODES
+from scla_mj.telemetry.parts import Part, open_parts
 
 _SCALARS: Final = "Scalars:scalars"
 _POINTS: Final = "Points2D:positions"
@@ -49,12 +50,12 @@ class PopulationActivity(NamedTuple):
 class Inspection(NamedTuple):
     """A recording, summed up. `first_weights` and `last_weights` are mean weights after the first and last decision.
 
-    `properties` holds what was written once, such as protocol, seed and ceiling. `finished` is False for a killed run's
-    recording. `max_position_error_m` is None where no error was finite. `weights` is (8, 100, 100), `probabilities`
-    (W, H, 4), each as last recorded, or None.
+    `parts` are its files: a resumed run adds one. `properties` holds what was written once, such as protocol, seed and
+    ceiling. `finished` is False for a killed run's recording. `max_position_error_m` is None where no error was finite.
+    `weights` is (8, 100, 100), `probabilities` (W, H, 4), each as last recorded, or None.
     """
 
-    path: Path
+    parts: tuple[Path, ...]
     mode: str
     properties: dict[str, Any]
     finished: bool
@@ -78,21 +79,27 @@ class Inspection(NamedTuple):
         return sum(epoch.decisions for epoch in self.epochs)
 
 
-def inspect_recording(path: Path) -> Inspection:
-    """Read a recording, and nothing else.
+def inspect_recording(*parts: Path) -> Inspection:
+    """Read a recording, and nothing else: its one file or, of a resumed run, its parts in their order.
+
+    A decision that a part made again, after the run before it was cut off, counts once.
 
     Raises:
-        SclaError: the file is missing, empty, no recording of ours, of a newer layout, or damaged.
+        SclaError: a file is missing, empty, no recording of ours, of a newer layout, of another run, or damaged.
     """
-    with open_recording(Path(path)) as file, faults_named(file.path):
-        properties = _read_properties(file)
-        mode = str(properties["telemetry"])
-        gathered = _Gathered(_window_ends(file, properties) if mode == "full" else None)
-        for chunk in file.chunks(_CONTENT):
-            gathered.take(chunk)
-        if file.finished:
-            gathered.check(file.path)
-        return gathered.inspection(file, mode, properties)
+    with open_parts(*parts) as opened:
+        first, last = opened[0], opened[-1]
+        mode = str(first.properties["telemetry"])
+        gathered = _Gathered()
+        for part in opened:
+            with faults_named(part.file.path):
+                gathered.open_part(_window_ends(part) if mode == "full" else None)
+                for chunk in part.chunks(_CONTENT):
+                    gathered.take(chunk)
+        with faults_named(first.file.path):
+            if last.file.finished:
+                gathered.check(first.file.path)
+            return gathered.inspection(opened, mode)
 
 
 _CONTENT: Final = [
@@ -102,27 +109,11 @@ _CONTENT: Final = [
 ]
 
 
-def _read_properties(file: RecordingFile) -> dict[str, Any]:
-    for chunk in file.chunks([f"/__properties/{names.PROPERTIES}"]):
-        values = {
-            name: column[0].as_py() for name, column in zip(chunk.rows.schema.names, chunk.rows.columns, strict=True)
-        }
-        known = {
-            name: value[0] if len(value) == 1 else tuple(value)
-            for name, value in values.items()
-            if isinstance(value, list)
-        }
-        if known.get("format") != names.FORMAT:
-            raise SclaError(f"{file.path} has layout {known.get('format')}; this scla-mj reads layout {names.FORMAT}")
-        return known
-    raise SclaError(f"the recording {file.path} is damaged: its properties are missing")
-
-
-def _window_ends(file: RecordingFile, properties: dict[str, Any]) -> dict[int, float]:
+def _window_ends(part: Part) -> dict[int, float]:
     """Return where along the raster every decision's thinking window ends."""
     ends: dict[int, float] = {}
-    half_ms = 1000 * properties["thinking_window_s"] / 2
-    for chunk in file.chunks([f"/{names.WINDOWS}"]):
+    half_ms = 1000 * part.properties["thinking_window_s"] / 2
+    for chunk in part.chunks([f"/{names.WINDOWS}"]):
         if chunk.has("Boxes2D:centers"):
             centres = chunk.values("Boxes2D:centers")[:, 0].astype(float)
             ends.update(zip(chunk.decision.tolist(), (centres + half_ms).tolist(), strict=True))
@@ -130,10 +121,10 @@ def _window_ends(file: RecordingFile, properties: dict[str, Any]) -> dict[int, f
 
 
 class _Gathered:
-    """The sums over chunks; `window_ends` is given for a full recording, whose spikes are not all of thinking."""
+    """The sums over chunks."""
 
-    def __init__(self, window_ends: dict[int, float] | None) -> None:
-        self._window_ends = window_ends
+    def __init__(self) -> None:
+        self._window_ends: dict[int, float] | None = None
         self._epochs: dict[int, tuple[int, int]] = {}
         self._outcomes = dict.fromkeys(Outcome, 0)
         self._max_error_m = 0.0
@@ -143,7 +134,11 @@ class _Gathered:
         self._weights: dict[str, tuple[tuple[int, float], tuple[int, float]]] = {}
         self._tensors: dict[str, tuple[int, NDArray[Any]]] = {}
         self._ceilings: dict[int, float] = {}
-        self._offsets: list[tuple[int, int, NDArray[np.float64]]] = []
+        self._offsets: dict[int, tuple[int, NDArray[np.float64]]] = {}
+
+    def open_part(self, window_ends: dict[int, float] | None) -> None:
+        """Begin with a file; `window_ends` is given for a full recording, whose spikes are not all of thinking."""
+        self._window_ends = window_ends
 
     def take(self, chunk: Chunk) -> None:
         """Add one chunk to the sums of its entity."""
@@ -158,7 +153,8 @@ class _Gathered:
             self._take_poses(chunk)
         elif chunk.entity == names.TARGET and chunk.has(_TRANSLATION) and chunk.has(names.DECISION):
             offsets_m = chunk.values(_TRANSLATION).astype(float)
-            self._offsets += zip(chunk.decision.tolist(), chunk.epoch.tolist(), offsets_m, strict=True)
+            rows = zip(chunk.decision.tolist(), chunk.epoch.tolist(), offsets_m, strict=True)
+            self._offsets |= {decision: (epoch, offset_m) for decision, epoch, offset_m in rows}
         elif chunk.entity == names.CEILING and chunk.has(_SCALARS):
             self._ceilings.update(zip(chunk.epoch.tolist(), chunk.values(_SCALARS).tolist(), strict=True))
         elif chunk.entity == names.HIT:
@@ -177,15 +173,16 @@ class _Gathered:
         if decisions != expected or sum(self._outcomes.values()) != decisions:
             raise SclaError(f"the recording {path} is damaged: it holds {decisions} of {expected} decisions")
 
-    def inspection(self, file: RecordingFile, mode: str, properties: dict[str, Any]) -> Inspection:
+    def inspection(self, parts: list[Part], mode: str) -> Inspection:
         """Return the sums."""
+        properties = parts[0].properties
         matrices = [self._tensors.get(f"{names.WEIGHT_MATRIX}/{name}") for name in PROJECTION_NAMES]
         probabilities = self._tensors.get(names.PROBABILITIES)
         return Inspection(
-            path=file.path,
+            parts=tuple(part.file.path for part in parts),
             mode=mode,
             properties=properties,
-            finished=file.finished,
+            finished=parts[-1].file.finished,
             epochs=tuple(
                 EpochCount(epoch, *self._epochs[epoch], self._ceiling(epoch, properties))
                 for epoch in sorted(self._epochs)
@@ -213,7 +210,7 @@ class _Gathered:
         (x, y), size_m = properties["target"], properties["cell_size_m"]
         return tuple(
             Jump(epoch + 1 if decision else epoch, (x + round(offset[0] / size_m), y + round(offset[1] / size_m)))
-            for decision, epoch, offset in sorted(self._offsets, key=lambda row: row[0])
+            for decision, (epoch, offset) in sorted(self._offsets.items())
         )
 
     def _population(self, number: int, properties: dict[str, Any]) -> PopulationActivity:

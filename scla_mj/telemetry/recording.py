@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final, NamedTuple, Self
 
 import rerun as rr
 
@@ -32,8 +33,15 @@ _SPIKES_A_FLUSH: Final = 800_000
 """And this many spikes bound the memory of a full recording (some 40 MB while they are sorted)."""
 
 
+class _Last(NamedTuple):
+    """The decision written last, as far as what is logged after it needs to know."""
+
+    epoch: int
+    end_s: float
+
+
 class RerunRecorder:
-    """Writes one run into one `.rrd` file. It only reads what it is given, returns nothing, and owns its copies.
+    """Writes one run into one `.rrd` file. It only reads what it is given, and owns its copies.
 
     Args:
         path: the file to write; it must not exist yet.
@@ -45,6 +53,7 @@ class RerunRecorder:
         protocol: where the robot starts.
         ceiling_hits_per_1000: what the hits are drawn against.
         weight_max: upper end of the weights' colour scale.
+        first_decision: the first one that the file will hold, counted over the run: above 1 for a later part.
         metadata: anything else that a reader of the file alone should know, such as the seed.
 
     Raises:
@@ -63,10 +72,12 @@ class RerunRecorder:
         protocol: StartProtocol,
         ceiling_hits_per_1000: float,
         weight_max: float,
+        first_decision: int = 1,
         metadata: Mapping[str, str | float] | None = None,
     ) -> None:
         if mode == "off":
             raise SclaError("--telemetry off records nothing: choose light or full to record")
+        self._path = Path(path)
         self._grid = grid
         self._weight_max = weight_max
         self._ceiling = ceiling_hits_per_1000
@@ -74,7 +85,7 @@ class RerunRecorder:
         self._stream = _open(path, run_id, build_blueprint(mode, grid, clock, self._ceiling, weight_max))
         self._robot = log_scene(self._stream, model, grid)
         log_styles(self._stream, protocol, raster_layout(mode, clock))
-        known = _properties(mode, grid, clock, protocol, self._ceiling)
+        known = _properties(mode, grid, clock, protocol, self._ceiling) | {names.FIRST_DECISION: first_decision}
         self._stream.send_property(names.PROPERTIES, rr.AnyValues(**known, **(metadata or {})))
         self._stream.log(names.ABOUT, describe(mode, grid, protocol, self._ceiling), static=True)
         # Columns overtake what is logged row by row: a file cut short must hold at least what it is about.
@@ -82,8 +93,8 @@ class RerunRecorder:
         stride = max(1, round(POSE_PERIOD_S / clock.control_period_s))
         self._buffer = Buffer(mode=mode, clock=clock, pose_stride=stride)
         self._curve = LearningCurve()
-        self._decision = 0
-        self._last: DecisionRecord | None = None
+        self._decision = first_decision - 1
+        self._last: _Last | None = None
         self._remembered: dict[str, int] = {}
         self._closed = False
 
@@ -105,7 +116,7 @@ class RerunRecorder:
         if self._last is not None and record.epoch != self._last.epoch:
             self._end_epoch()
         self._decision += 1
-        self._last = record
+        self._last = _Last(record.epoch, end_time_s(record.move.trajectory, record.time_s))
         self._buffer.add(record, self._decision, self._curve.add(record.epoch, record.hit))
         if record.move.outcome is Outcome.FAILED:
             x, y = record.move.before
@@ -115,13 +126,50 @@ class RerunRecorder:
         if len(self._buffer.rows) >= _DECISIONS_A_FLUSH or self._buffer.spikes >= _SPIKES_A_FLUSH:
             send_buffer(self._stream, self._buffer, self._robot)
 
-    def close(self, snapshot: Snapshot | None = None) -> None:
-        """Send what is left, the brain's last memory if given, and finish the file; a second call does nothing."""
+    def sync(self) -> None:
+        """Put every decision so far on the disk, safe from a power cut.
+
+        Raises:
+            SclaError: the file has gone, or the disk fails.
+        """
+        send_buffer(self._stream, self._buffer, self._robot)
+        self._stream.flush()
+        try:
+            with self._path.open("rb+") as file:
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise SclaError(f"the recording {self._path} cannot be written: {error.strerror or error}") from error
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that `restore` needs for another recorder to go on from here."""
+        return {
+            "last": None if self._last is None else self._last._asdict(),
+            "remembered": dict(self._remembered),
+            "curve": self._curve.state(),
+            "strip": self._buffer.strip.state(),
+        }
+
+    def restore(self, state: dict[str, Any], grid: Grid, *, ceiling_hits_per_1000: float) -> None:
+        """Go on where another recorder was, with the target where `grid` has it by now."""
+        self._grid, self._ceiling = grid, ceiling_hits_per_1000
+        self._last = None if state["last"] is None else _Last(**state["last"])
+        self._remembered = dict(state["remembered"])
+        self._curve.restore(state["curve"])
+        self._buffer.strip.restore(state["strip"])
+
+    def close(self, snapshot: Snapshot | None = None, *, stopped: bool = False) -> None:
+        """Send what is left, the brain's last memory if given, and finish the file; a second call does nothing.
+
+        `stopped` says that the run ends before its end: its last epoch then has no result, as it may yet go on.
+        """
         if self._closed:
             return
         self._closed = True
         if self._last is not None:
-            self._end_epoch()
+            if stopped:
+                self._say(f"stopped after {self._decision} decisions", rr.TextLogLevel.WARN)
+            else:
+                self._end_epoch()
         if snapshot is not None:
             self._keep(snapshot)
         send_buffer(self._stream, self._buffer, self._robot)
@@ -166,7 +214,7 @@ class RerunRecorder:
         if last is None:
             set_time(self._stream, 0.0, 0, 1)
         else:
-            set_time(self._stream, end_time_s(last.move.trajectory, last.time_s), self._decision, last.epoch)
+            set_time(self._stream, last.end_s, self._decision, last.epoch)
 
 
 def _open(path: Path, run_id: str, blueprint: Any) -> rr.RecordingStream:

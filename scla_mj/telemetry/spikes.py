@@ -7,7 +7,7 @@ windows into one strip; a full one runs with simulated time.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,3 +80,11 @@ class Strip:
             origin_ms, self._start_s = 0.0, time_s
         self._next_ms = origin_ms + length_ms
         return origin_ms
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that `restore` needs to go on from here."""
+        return {"start_s": self._start_s, "next_ms": self._next_ms}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self._start_s, self._next_ms = state["start_s"], state["next_ms"]
