@@ -116,16 +116,29 @@ class World:
 
     def faults(self) -> list[str]:
         """Return a sentence for each thing that has gone wrong since the spawn; none if all is well."""
+        return [] if self._is_sound() else self._tell_faults()
+
+    def _is_sound(self) -> bool:
+        """Tell in a few microseconds whether nothing has gone wrong: this is asked after every move."""
+        return self.can_drive() and not any(self._warnings.tolist()) and self._keeps_time() and self._is_finite()
+
+    def _is_finite(self) -> bool:
+        return math.isfinite(sum(self._qpos.tolist()) + sum(self._qvel.tolist()))
+
+    def _keeps_time(self) -> bool:
+        # Half a step: room for the rounding of some 1e9 additions, none for a step too many.
+        return bool(abs(self.data.time - self.steps * self._timestep) < self._timestep / 2)
+
+    def _tell_faults(self) -> list[str]:
         found = []
-        if not (np.isfinite(self._qpos).all() and np.isfinite(self._qvel).all()):
+        if not self._is_finite():
             found.append("the robot's state is not finite")
         elif not self.can_drive():
             found.append("the robot has fallen over")
         for kind in np.flatnonzero(self._warnings).tolist():
             warning = mujoco.mjtWarning(kind).name.removeprefix("mjWARN_")
             found.append(f"MuJoCo warned {self._warnings[kind]} times of {warning}")
-        # Half a step: room for the rounding of some 1e9 additions, none for a step too many.
-        if not abs(self.data.time - self.steps * self._timestep) < self._timestep / 2:
+        if not self._keeps_time():
             found.append(f"MuJoCo's time is {self.data.time:g} s after {self.steps} steps: it has reset itself")
         return found
 

@@ -1,0 +1,97 @@
+"""What comes between the controller's command and the wheels, and pushes the robot meanwhile, one control period at a
+time inside the compiled loop."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from scla_mj.disturbances import PUSH_EVERY_S, PUSH_S
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scla_mj.disturbances import DisturbanceConfig
+
+
+class Interference(NamedTuple):
+    """The disturbances of one drive as the compiled loop takes them; the arrays are what it remembers.
+
+    `late` holds the commands on their way to the wheels, shape (latency_periods, 2), the oldest first. `push` is the
+    horizontal force in newtons and the periods it still lasts, `strongest_push_n` (one value) the most it may be, and
+    `external_force` MuJoCo's view of the force and torque on the chassis, shape (6,).
+    """
+
+    rng: np.random.Generator
+    command_noise: float
+    late: NDArray[np.float64]
+    push: NDArray[np.float64]
+    strongest_push_n: NDArray[np.float64]
+    push_chance: float
+    push_periods: int
+    external_force: NDArray[np.float64]
+
+
+def make_interference(
+    config: DisturbanceConfig,
+    *,
+    control_period_s: float,
+    external_force: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> Interference | None:
+    """Return the disturbances of a drive, or None where there are none."""
+    if not (config.command_noise or config.push_n_per_kg or config.latency_periods):
+        return None
+    return Interference(
+        rng=rng,
+        command_noise=float(config.command_noise),
+        late=np.zeros((config.latency_periods, 2)),
+        push=np.zeros(3),
+        strongest_push_n=np.zeros(1),
+        push_chance=min(1.0, control_period_s / PUSH_EVERY_S) if config.push_n_per_kg else 0.0,
+        push_periods=max(1, round(PUSH_S / control_period_s)),
+        external_force=external_force,
+    )
+
+
+@njit(inline="always")
+def interfere(interference: Interference, left: float, right: float) -> tuple[float, float]:
+    """Return what the wheels are really told this period, in rad/s, and set the push that acts during it."""
+    left, right = _late(interference.late, left, right)
+    if interference.command_noise > 0.0:
+        left *= 1.0 + interference.command_noise * interference.rng.standard_normal()
+        right *= 1.0 + interference.command_noise * interference.rng.standard_normal()
+    if interference.push_chance > 0.0:
+        _push(interference)
+    return left, right
+
+
+@njit(inline="always")
+def _late(late: NDArray[np.float64], left: float, right: float) -> tuple[float, float]:
+    """Put the command at the queue's end, and return the one at its head."""
+    last = len(late) - 1
+    if last < 0:
+        return left, right
+    due_left, due_right = late[0, 0], late[0, 1]
+    for i in range(last):
+        late[i, 0], late[i, 1] = late[i + 1, 0], late[i + 1, 1]
+    late[last, 0], late[last, 1] = left, right
+    return due_left, due_right
+
+
+@njit(inline="always")
+def _push(interference: Interference) -> None:
+    """Let a push go on, end it, or begin one by chance."""
+    push, rng = interference.push, interference.rng
+    push[2] = max(push[2] - 1.0, 0.0)
+    if push[2] == 0.0:
+        push[0], push[1] = 0.0, 0.0
+        if rng.random() < interference.push_chance:
+            strength_n = rng.random() * interference.strongest_push_n[0]
+            side_rad = rng.random() * 2.0 * math.pi
+            push[0], push[1] = strength_n * math.cos(side_rad), strength_n * math.sin(side_rad)
+            push[2] = interference.push_periods
+    interference.external_force[0], interference.external_force[1] = push[0], push[1]
