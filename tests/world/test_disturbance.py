@@ -44,9 +44,9 @@ def disturb(world, seed=0, **settings):
     )
 
 
-def respawn(world, disturbance, cell=Cell(11, 11), heading=0.0):
+def respawn(world, disturbance, heading=0.0):
     disturbance.renew()
-    world.spawn(cell, heading)
+    world.spawn(Cell(11, 11), heading)
 
 
 def weight_on_the_floor(world):
