@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import functools
 import math
 from collections import deque
 from dataclasses import dataclass, field
@@ -51,6 +52,13 @@ class Cell(NamedTuple):
         """Return the cell one step away, on the grid or not."""
         dx, dy = action.step
         return Cell(self.x + dx, self.y + dy)
+
+
+@functools.cache
+def around(cell: Cell) -> tuple[Cell, Cell, Cell, Cell]:
+    """Return the four cells next to one, on the grid or not, in the order of the actions."""
+    up, down, left, right = (cell.after(action) for action in Action)
+    return up, down, left, right
 
 
 MOST_CELLS: Final = 10_000

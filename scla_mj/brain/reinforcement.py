@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from scla_mj.grid import Action, Cell
+from scla_mj.grid import Action, Cell, around
 from scla_mj.signals import Feedback, Outcome, Percept
 
 # A trace below this share moves no probability by more than a thousandth.
@@ -39,12 +39,21 @@ class CellStates:
         before, after = self[feedback.before.cell], self[feedback.after.cell]
         return (after > before) - (after < before)
 
+    def state(self) -> dict[str, Any]:
+        """Return the cells' states, as rows x, y, state, and the cells that are believed to be targets."""
+        rows = [[cell.x, cell.y, value] for cell, value in self._states.items()]
+        return {"states": rows, "targets": [list(cell) for cell in sorted(self._targets)]}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self._states = {Cell(x, y): value for x, y, value in state["states"]}
+        self._targets = {Cell(*cell) for cell in state["targets"]}
+
     def _observe(self, percept: Percept) -> None:
         """Set the state of the robot's own cell from its four neighbours; correct what is seen to be out of date."""
         best = 0.0
-        for action in Action:
-            neighbour = percept.cell.after(action)
-            if action == percept.sensed:
+        for side, neighbour in enumerate(around(percept.cell)):
+            if side == percept.sensed:
                 self._believe(neighbour)
             elif neighbour in self._targets:  # the target has left
                 self._targets.remove(neighbour)
@@ -86,3 +95,11 @@ class PathTrace:
         moves = [Eligible(cell, action, self._decay**age) for age, (cell, action) in enumerate(reversed(self._moves))]
         self._moves.clear()
         return moves
+
+    def state(self) -> dict[str, Any]:
+        """Return the moves, as rows x, y, action."""
+        return {"moves": [[cell.x, cell.y, int(action)] for cell, action in self._moves]}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self._moves = deque(((Cell(x, y), Action(action)) for x, y, action in state["moves"]), self._moves.maxlen)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY
+from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY, Population
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
 from scla_mj.brain.network.network import Network
@@ -18,7 +18,7 @@ from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snap
 
 if TYPE_CHECKING:
     from scla_mj.clock import Clock
-    from scla_mj.config import RunConfig
+    from scla_mj.config import Precision, RunConfig
 
 
 # What a used sensor teaches, (8,): its agreeing connection up, its opposite one down.
@@ -46,23 +46,22 @@ class SclaBrain(Brain):
         self.states = CellStates(discount=config.automaton.discount)
         self._path = PathTrace(tau_moves=config.automaton.trace_tau_moves)
         self._ties = generator(config.seed, Consumer.TIES)
-        self._still = self._thought = self._driven = self.network.run(0)
-        self._driven_steps = 0
+        self._sensory_drive = _drives(SENSORY, config.network.sensory_drive, config.network.precision)
+        self._advice_drive = _drives(MOTOR, config.network.advice_drive, config.network.precision)
+        self._spikes = self.network.run(0)
+        self._thinking_spikes = self._driven_steps = 0
 
     def decide(self, percept: Percept) -> Decision:
         """Drive the sensed direction's population, or the motors that the automaton advises; the busiest motor wins."""
-        drive = np.zeros(NEURON_COUNT)
         advised = None
         if percept.sensed is not None:
-            population = SENSORY[percept.sensed]
-            drive[population.start : population.stop] = self._config.network.sensory_drive
+            drive = self._sensory_drive[percept.sensed]
         else:
             advised = self.automata.draw(percept.cell)
-            population = MOTOR[advised]
-            drive[population.start : population.stop] = self._config.network.advice_drive
-        self._thought = self.network.run(self._clock.thinking_steps, drive)
-        self._driven, self._driven_steps = self._still, 0
-        up, down, left, right = self._thought.counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
+            drive = self._advice_drive[advised]
+        self._spikes = thought = self.network.run(self._clock.thinking_steps, drive)
+        self._thinking_spikes, self._driven_steps = len(thought.step), 0
+        up, down, left, right = thought.counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
         counts = (up, down, left, right)
         return Decision(self._busiest(counts), advised, counts)
 
@@ -72,7 +71,7 @@ class SclaBrain(Brain):
             return
         steps = round(duration_s * 1000.0 / self._clock.neural_step_ms)
         self._driven_steps = steps
-        self._driven = self.network.run(steps, first_step=self._clock.thinking_steps)
+        self._spikes = self.network.run(steps, first_step=self._clock.thinking_steps, after=self._spikes)
 
     def learn(self, feedback: Feedback) -> None:
         """Release dopamine for a sensed target, and pass the network's signal on to the automata."""
@@ -86,15 +85,14 @@ class SclaBrain(Brain):
 
     def activity(self) -> Activity:
         """Return the spikes of the thinking window and of the drive."""
-        thought, driven = self._thought, self._driven
         return Activity(
-            spike_step=np.concatenate((thought.step, driven.step)),
-            spike_neuron=np.concatenate((thought.neuron, driven.neuron)),
-            thinking_spikes=len(thought.step),
+            spike_step=self._spikes.step,
+            spike_neuron=self._spikes.neuron,
+            thinking_spikes=self._thinking_spikes,
             thinking_steps=self._clock.thinking_steps,
             steps=self._clock.thinking_steps + self._driven_steps,
             mean_weights=self.network.mean_weights(),
-            dopamine=self.network.dopamine.astype(np.float64),
+            dopamine=self.network.dopamine.copy(),
         )
 
     def snapshot(self) -> Snapshot:
@@ -135,6 +133,14 @@ class SclaBrain(Brain):
         if self._config.automaton.distal_reward:
             for cell, action, trace in path:
                 self.automata.reward(cell, action, weight=trace)
+
+
+def _drives(populations: tuple[Population, ...], current: float, precision: Precision) -> NDArray[Any]:
+    """Return a row a population, (4, 1000): `current` into each of its neurons, none into the others."""
+    drives = np.zeros((len(populations), NEURON_COUNT), precision)
+    for drive, population in zip(drives, populations, strict=True):
+        drive[population.start : population.stop] = current
+    return drives
 
 
 def _signed(feedback: Feedback) -> NDArray[np.float64]:

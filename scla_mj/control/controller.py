@@ -27,6 +27,7 @@ RETURNED: Final = 2
 STANDING: Final = 0
 OUTWARD: Final = 1
 BACK: Final = 2
+STARTING: Final = 3
 
 _STEERING_PER_S: Final = 20.0
 _STEERING_PER_PERIOD: Final = 0.2
@@ -102,6 +103,8 @@ class State(NamedTuple):
 
 
 STAND_STILL: Final = State(STANDING, 0.0, 1.0, 0, 0.0, 0.0)
+START: Final = State(STARTING, 0.0, 1.0, 0, 0.0, 0.0)
+"""A move that has yet to `begin`, at the heading that its first period finds."""
 
 
 def make_gains(
@@ -135,7 +138,7 @@ def make_gains(
     )
 
 
-@njit(cache=True)
+@njit(inline="always")
 def begin(goal: Goal, heading_rad: float) -> State:
     """Return the state at the start of a move: outward bound, in reverse if the target lies behind."""
     course = math.atan2(goal.target_y_m - goal.start_y_m, goal.target_x_m - goal.start_x_m)

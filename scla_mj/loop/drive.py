@@ -13,7 +13,19 @@ import numpy as np
 from numba import njit, types
 
 from scla_mj.control import controller, profile
-from scla_mj.control.controller import ARRIVED, DRIVING, RETURNED, STAND_STILL, Goal, Motion, begin, make_gains, tick
+from scla_mj.control.controller import (
+    ARRIVED,
+    DRIVING,
+    RETURNED,
+    STAND_STILL,
+    START,
+    STARTING,
+    Goal,
+    Motion,
+    begin,
+    make_gains,
+    tick,
+)
 from scla_mj.grid import Action, Cell
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
 from scla_mj.world.world import UPRIGHT_COSINE
@@ -105,6 +117,8 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
         """
         assert source_digest
         touched = False
+        if state.phase == STARTING:
+            state = begin(goal, _sense_motion(body, touched)[0].heading_rad)
         for period in range(limit):
             motion, upright = _sense_motion(body, touched)
             if not upright >= UPRIGHT_COSINE:
@@ -180,8 +194,7 @@ class Driver:
         grid = self._world.grid
         goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(start_cell.after(action)))
         self._reserve(self._timeout_periods)
-        state = begin(goal, self._world.pose().heading_rad)
-        periods, status = self._run(state, goal, self._timeout_periods)
+        periods, status = self._run(START, goal, self._timeout_periods)
         trajectory = self._rows[: self._filled].copy()
         self._filled = 0
         return self._judge(action, start_cell, status, periods * self._clock.control_period_s, trajectory)

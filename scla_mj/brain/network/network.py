@@ -50,8 +50,8 @@ class Network:
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._silence = np.zeros(neurons, self._real)
-        self._spike_step = np.empty(_STEPS_A_CALL * neurons, np.int32)
-        self._spike_neuron = np.empty(_STEPS_A_CALL * neurons, np.int32)
+        self._spike_step = np.empty(2 * _STEPS_A_CALL * neurons, np.int32)
+        self._spike_neuron = np.empty_like(self._spike_step)
 
     @property
     def weights(self) -> NDArray[Any]:
@@ -73,38 +73,51 @@ class Network:
         means: NDArray[np.float64] = kernel.mean_weights(self.weights)
         return means
 
-    def run(self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0) -> Spikes:
+    def run(
+        self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0, after: Spikes | None = None
+    ) -> Spikes:
         """Run `steps` neural steps under a constant current into each neuron, (N,), and return the spikes.
 
-        `first_step` is the number that the first step's spikes carry.
+        `first_step` is the number that the first step's spikes carry. With `after`, which must be what the last run
+        returned, the new spikes follow those in what is returned.
 
         Raises:
             SclaError: a membrane potential is no longer finite.
         """
-        current = self._silence if drive is None else drive.astype(self._real)
-        counts = np.zeros(len(POPULATIONS), np.int64)
-        parts: list[tuple[NDArray[np.int32], NDArray[np.int32]]] = []
+        current = self._silence if drive is None else drive.astype(self._real, copy=False)
+        counts = np.zeros(len(POPULATIONS), np.int64) if after is None else after.counts.copy()
+        total = 0 if after is None else len(after.step)
         done = 0
         while done < steps:
             size = min(_STEPS_A_CALL, steps - done, self._steps_to_release())
+            self._reserve(total, size)
             spikes = kernel.run(
                 self.state,
                 self.parameters,
                 current,
                 size,
                 first_step + done,
-                self._spike_step,
-                self._spike_neuron,
+                self._spike_step[total:],
+                self._spike_neuron[total:],
                 counts,
             )
             if spikes == kernel.NOT_FINITE:
                 raise SclaError(
                     "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
                 )
-            parts.append((self._spike_step[:spikes].copy(), self._spike_neuron[:spikes].copy()))
+            total += spikes
             done += size
             self._steps += size
-        return Spikes(_join([step for step, _ in parts]), _join([neuron for _, neuron in parts]), counts)
+        return Spikes(self._spike_step[:total].copy(), self._spike_neuron[:total].copy(), counts)
+
+    def _reserve(self, spikes: int, steps: int) -> None:
+        """Make room for a spike of every neuron in every step, behind the `spikes` that there are."""
+        wanted = spikes + steps * len(self._silence)
+        if wanted > len(self._spike_step):
+            room = np.empty(2 * wanted - len(self._spike_step), np.int32)
+            self._spike_step, self._spike_neuron = (
+                np.concatenate((memory, room)) for memory in (self._spike_step, self._spike_neuron)
+            )
 
     def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
         """Add a signed amount to the dopamine concentration at each projection, (8,), now or some steps from now."""
@@ -118,9 +131,3 @@ class Network:
                 self.state.dopamine[:] += amount
         self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
         return min((due - self._steps for due, _ in self._releases), default=_STEPS_A_CALL)
-
-
-def _join(parts: list[NDArray[np.int32]]) -> NDArray[np.int32]:
-    if len(parts) == 1:
-        return parts[0]
-    return np.concatenate(parts) if parts else np.zeros(0, np.int32)
