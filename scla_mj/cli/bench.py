@@ -15,7 +15,7 @@ from scla_mj.errors import SclaError
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from scla_mj.experiments.bench import Cost
+    from scla_mj.experiments.bench.rollouts import Cost
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Bench:
         from rich.console import Console
         from rich.progress import track
 
-        from scla_mj.experiments.bench import measure
+        from scla_mj.experiments.bench.rollouts import measure
 
         if self.repetitions < 1:
             raise SclaError(f"--repetitions is {self.repetitions}: it must be 1 or more")

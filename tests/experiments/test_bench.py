@@ -6,7 +6,7 @@ import numpy as np
 
 from scla_mj.cli.main import main
 from scla_mj.config import RunConfig
-from scla_mj.experiments import bench
+from scla_mj.experiments.bench import rollouts as bench
 from scla_mj.experiments.assemble import build_trial
 
 CONFIG = RunConfig(epochs=1, decisions=30, protocol="sensed-start")

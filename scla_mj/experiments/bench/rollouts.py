@@ -81,12 +81,14 @@ class _TapedNetwork(Network):
         self._tape = tape
         self._waiting: list[NDArray[np.float64]] = []
 
-    def run(self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0) -> Spikes:
+    def run(
+        self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0, after: Spikes | None = None
+    ) -> Spikes:
         """Run as ever, and keep the call."""
         if steps:
             self._tape.network.append(NetworkCall(steps, drive, tuple(self._waiting)))
             self._waiting.clear()
-        return super().run(steps, drive, first_step=first_step)
+        return super().run(steps, drive, first_step=first_step, after=after)
 
     def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
         """Release as ever, and keep the amount."""
