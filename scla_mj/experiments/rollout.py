@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from scla_mj.signals import DecisionRecord, Snapshot
     from scla_mj.telemetry.recording import RerunRecorder
 
-_PROBABILITIES_EVERY: Final = 25
-"""Decisions between two pictures of the policy: it is seen to change, for some hundred bytes a decision."""
+_PROBABILITIES_EVERY: Final = 50
+"""Decisions between two pictures of the policy: it is seen to change, for 2 ms a picture."""
 
 Watch = Callable[["DecisionRecord", EpochSummary], None]
 

@@ -19,6 +19,7 @@ _POPULATION_OF: Final = np.repeat(
     np.arange(len(POPULATIONS), dtype=np.uint8), [population.size for population in POPULATIONS]
 )
 assert len(_POPULATION_OF) == NEURON_COUNT
+_STARTS: Final = np.array([population.start for population in POPULATIONS])
 
 STRIP_LENGTH_MS: Final = 1_000_000.0
 """Where x starts again at 0: a float32 still tells a sixteenth of a millisecond there."""
@@ -38,10 +39,14 @@ class SpikeBlock(NamedTuple):
 
 def count_by_population(activity: Activity) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return every population's spikes in the thinking window and in the whole decision."""
-    population = _POPULATION_OF[activity.spike_neuron]
-    size = len(POPULATIONS)
-    thinking = np.bincount(population[: activity.thinking_spikes], minlength=size)
-    return thinking, thinking + np.bincount(population[activity.thinking_spikes :], minlength=size)
+    thinking = _counts(activity.spike_neuron[: activity.thinking_spikes])
+    return thinking, thinking + _counts(activity.spike_neuron[activity.thinking_spikes :])
+
+
+def _counts(neuron: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Count by neuron, then by population: half the time of looking every spike's population up."""
+    counts: NDArray[np.int64] = np.add.reduceat(np.bincount(neuron, minlength=NEURON_COUNT), _STARTS)
+    return counts
 
 
 def build_block(
