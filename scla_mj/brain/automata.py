@@ -6,7 +6,7 @@ reward  p_i += a (1 - p_i),  p_j *= 1 - a;  penalty  p_i *= 1 - b,  p_j = b / (r
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,15 @@ class LearningAutomata:
         vector *= 1.0 - rate
         vector += rate / (_ACTIONS - 1)
         vector[action] = kept
+
+    def state(self) -> dict[str, Any]:
+        """Return the probabilities and the generator."""
+        return {"probabilities": self.probabilities.copy(), "rng": self._rng.bit_generator.state}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.probabilities[:] = state["probabilities"]
+        self._rng.bit_generator.state = state["rng"]
 
     def _vector(self, cell: Cell) -> NDArray[np.float64]:
         vector: NDArray[np.float64] = self.probabilities[cell.x - 1, cell.y - 1]

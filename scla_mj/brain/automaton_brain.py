@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
@@ -39,3 +39,11 @@ class AutomatonBrain(Brain):
     def snapshot(self) -> Snapshot:
         """Return a copy of the action probabilities."""
         return Snapshot(probabilities=self.automata.probabilities.copy())
+
+    def state(self) -> dict[str, Any]:
+        """Return the automata."""
+        return {"automata": self.automata.state()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.automata.restore(state["automata"])

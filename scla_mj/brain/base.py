@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any
 
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
 
 
 class Brain(ABC):
-    """A decision maker. A new one needs `decide` and `learn`; the rest matters only to brains with neurons."""
+    """A decision maker. A new one needs `decide` and `learn`; the rest is for brains with neurons, and for resuming."""
 
     @abstractmethod
     def decide(self, percept: Percept) -> Decision:
@@ -28,3 +29,14 @@ class Brain(ABC):
     def snapshot(self) -> Snapshot:
         """Return a copy of what the brain has learnt."""
         return Snapshot()
+
+    def state(self) -> dict[str, Any] | None:
+        """Return copies of all that changes during a run, generators too; None for a brain that cannot be resumed.
+
+        A state nests dicts and lists; its leaves are numpy arrays of numbers, int, float, str, bool and None.
+        """
+        return None
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`, to the bit; called on a brain that is fresh from the same configuration."""
+        raise NotImplementedError("a brain that is resumed needs restore()")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,6 +40,15 @@ class QLearningBrain(Brain):
         future = 1.0 if feedback.hit else self._settings.discount * float(self._values(feedback.after.cell).max())
         values = self._values(feedback.before.cell)
         values[feedback.action] += self._settings.learning_rate * (future - values[feedback.action])
+
+    def state(self) -> dict[str, Any]:
+        """Return the table and the generator."""
+        return {"values": self.values.copy(), "rng": self._rng.bit_generator.state}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.values[:] = state["values"]
+        self._rng.bit_generator.state = state["rng"]
 
     def _values(self, cell: Cell) -> NDArray[np.float64]:
         values: NDArray[np.float64] = self.values[cell.x - 1, cell.y - 1]

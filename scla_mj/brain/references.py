@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scla_mj.brain.base import Brain
 from scla_mj.errors import SclaError
@@ -28,6 +28,14 @@ class RandomBrain(Brain):
     def learn(self, feedback: Feedback) -> None:
         """Learn nothing."""
 
+    def state(self) -> dict[str, Any]:
+        """Return the generator."""
+        return {"rng": self._rng.bit_generator.state}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self._rng.bit_generator.state = state["rng"]
+
 
 class ShortestPathBrain(Brain):
     """Knows the map and follows a shortest path: the ceiling, driven.
@@ -49,3 +57,10 @@ class ShortestPathBrain(Brain):
 
     def learn(self, feedback: Feedback) -> None:
         """Learn nothing: it knows."""
+
+    def state(self) -> dict[str, Any]:
+        """Return nothing: nothing changes."""
+        return {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on as it is."""

@@ -99,6 +99,24 @@ class SclaBrain(Brain):
         """Return copies of the weights and the action probabilities."""
         return Snapshot(self.network.weights.copy(), self.automata.probabilities.copy())
 
+    def state(self) -> dict[str, Any]:
+        """Return the network, the automata and what their signals come from, and the generator of ties."""
+        return {
+            "network": self.network.saved(),
+            "automata": self.automata.state(),
+            "states": self.states.state(),
+            "path": self._path.state(),
+            "ties": self._ties.bit_generator.state,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.network.restore(state["network"])
+        self.automata.restore(state["automata"])
+        self.states.restore(state["states"])
+        self._path.restore(state["path"])
+        self._ties.bit_generator.state = state["ties"]
+
     def _busiest(self, counts: tuple[int, int, int, int]) -> Action:
         most = max(counts)
         winners = [action for action in Action if counts[action] == most]

@@ -14,6 +14,7 @@ from scla_mj.brain.mistakes import told
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.runs.brain import PROBABILITY_TOLERANCE, WEIGHTS_SHAPE
+from scla_mj.runs.checkpoint import check_state
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
 
 _MOST_SPIKES: Final = 2**31
@@ -78,6 +79,24 @@ class CheckedBrain(Brain):
             )
             self._refuse("snapshot", wanted, probabilities)
         return snapshot
+
+    def state(self) -> dict[str, Any] | None:
+        """Return the brain's state, if a checkpoint can hold it; None where the brain lacks one of the two methods."""
+        kind = type(self._brain)
+        if kind.state is Brain.state or kind.restore is Brain.restore:
+            return None
+        state: dict[str, Any] = self._ask("state")
+        try:
+            check_state(state)
+        except SclaError as error:
+            raise SclaError(
+                f"--brain {self._name}: its state() returns what no checkpoint can hold: {error}"
+            ) from error
+        return state
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Pass the state on."""
+        self._ask("restore", state)
 
     def _ask(self, method: str, *arguments: Any) -> Any:
         try:

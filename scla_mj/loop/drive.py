@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import llvmlite.binding
 import mujoco
@@ -198,6 +198,17 @@ class Driver:
         trajectory = self._rows[: self._filled].copy()
         self._filled = 0
         return self._judge(action, start_cell, status, periods * self._clock.control_period_s, trajectory)
+
+    def state(self) -> dict[str, Any]:
+        """Return the run's time, and the rows that no move has taken yet."""
+        return {"periods": self.periods, "rows": self._rows[: self._filled].copy()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`; the robot itself is the world's."""
+        self.periods, self._filled = state["periods"], 0
+        self._reserve(len(state["rows"]))
+        self._filled = len(state["rows"])
+        self._rows[: self._filled] = state["rows"]
 
     def _run(self, state: State, goal: Goal, limit: int) -> tuple[int, int]:
         periods, status = run_periods(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from scla_mj.grid import Action
@@ -20,3 +22,11 @@ class DirectionNoise:
             return action
         others = [other for other in Action if other != action]
         return others[self._rng.integers(len(others))]
+
+    def state(self) -> dict[str, Any]:
+        """Return the generator."""
+        return {"rng": self._rng.bit_generator.state}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self._rng.bit_generator.state = state["rng"]

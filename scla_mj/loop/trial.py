@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -81,6 +81,24 @@ class Trial:
         self.world.move_target(grid.target)
         if self._sense().cell == grid.target:
             self._respawn()
+
+    def state(self) -> dict[str, Any]:
+        """Return all that changes between decisions but the target's place; "brain" is None if that one cannot tell."""
+        return {
+            "world": self.world.state(),
+            "driver": self._driver.state(),
+            "noise": self._noise.state(),
+            "spawn": self._spawn.bit_generator.state,
+            "brain": self.brain.state(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`, to the bit, once the target is where it was (see `move_target`)."""
+        self.world.restore(state["world"])
+        self._driver.restore(state["driver"])
+        self._noise.restore(state["noise"])
+        self._spawn.bit_generator.state = state["spawn"]
+        self.brain.restore(state["brain"])
 
     def _sense(self) -> Percept:
         pose = self.world.pose()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import platform
 import uuid
 from importlib import metadata
@@ -38,17 +39,31 @@ _OF_THE_RUN: Final = (_VERSIONS, _RUN_ID)
 
 
 class Run(NamedTuple):
-    """A run folder and the configuration that made it.
+    """A run folder, the configuration that made it, and `content`, all that its `config.json` holds.
 
-    `run_id` is the recording's identity too, `versions` are those that the run began with; both are empty in folders of
-    an older scla-mj. `made` says that the folder was not there before the run.
+    `made` says that the folder was not there before the run.
     """
 
     path: Path
     config: RunConfig
-    run_id: str = ""
-    versions: dict[str, str] = {}  # noqa: RUF012 (a default that nobody changes)
+    content: dict[str, Any]
     made: bool = False
+
+    @property
+    def run_id(self) -> str:
+        """The identity of the run and of its recording."""
+        run_id = self.content.get(_RUN_ID)
+        if not (isinstance(run_id, str) and run_id):
+            raise SclaError(
+                f"{self.file(paths.CONFIG_JSON)} names no run_id: an older scla-mj made it; start a new run"
+            )
+        return run_id
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """The versions that the run began with (see `package_versions`)."""
+        versions = self.content.get(_VERSIONS)
+        return versions if isinstance(versions, dict) else {}
 
     def file(self, name: str) -> Path:
         """Return the path of one of the run's files (see `scla_mj.paths`)."""
@@ -78,8 +93,8 @@ def create(path: Path, config: RunConfig) -> Run:
     if present:
         raise SclaError(f"{path} already holds a run ({present[0]} is there): choose another RUN or move that one away")
     _claim(path)
-    run = Run(path, config, uuid.uuid4().hex, package_versions(), made)
-    content = {**dataclasses.asdict(config), _VERSIONS: run.versions, _RUN_ID: run.run_id}
+    content = {**dataclasses.asdict(config), _VERSIONS: package_versions(), _RUN_ID: uuid.uuid4().hex}
+    run = Run(path, config, json.loads(json.dumps(content)), made)
     try:
         write_json(run.file(paths.CONFIG_JSON), content)
     except BaseException:
@@ -107,11 +122,8 @@ def open_run(path: Path) -> Run:
     path = Path(path)
     if not path.is_dir():
         raise SclaError(f"{path} is no run folder: choose one that `scla-mj rollout` wrote")
-    content = read_json(path / paths.CONFIG_JSON)
-    run_id, versions = content.get(_RUN_ID, ""), content.get(_VERSIONS, {})
-    if not isinstance(run_id, str) or not isinstance(versions, dict):
-        raise SclaError(f"{path / paths.CONFIG_JSON} is damaged: its run_id must be a text, its versions an object")
-    return Run(path, load_config(path / paths.CONFIG_JSON), run_id, versions)
+    config = load_config(path / paths.CONFIG_JSON)
+    return Run(path, config, read_json(path / paths.CONFIG_JSON))
 
 
 def load_config(path: Path) -> RunConfig:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 UPRIGHT_COSINE: Final = 0.9
 """A chassis whose up axis leans further than this (26 degrees) has fallen: the wheels no longer carry it."""
+_INTEGRATION: Final = mujoco.mjtState.mjSTATE_INTEGRATION
 _SETTLING_S: Final = 2.0
 """How long a fresh robot stands before its resting height is read; it rests within 0.3 s."""
 _DROP_M: Final = 0.005
@@ -103,6 +104,23 @@ class World:
         """Paint the target on another cell; it is a mark on the floor and touches nothing."""
         for name in (names.TARGET_RING, names.TARGET_DISC):
             self.model.geom(name).pos[:2] = self.grid.centre_m(cell)
+
+    def state(self) -> dict[str, Any]:
+        """Return all that MuJoCo integrates, as one array, and the count of its steps."""
+        physics = np.empty(mujoco.mj_stateSize(self.model, _INTEGRATION))
+        mujoco.mj_getState(self.model, self.data, physics, _INTEGRATION)
+        return {"physics": physics, "steps": self.steps}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`, to the bit.
+
+        What MuJoCo derives from a state, such as the places of geoms, is that of the latest step while the robot
+        drives, and that of the pose itself after this: whoever reads it must compute it first.
+        """
+        mujoco.mj_setState(self.model, self.data, state["physics"], _INTEGRATION)
+        mujoco.mj_forward(self.model, self.data)
+        mujoco.mj_setState(self.model, self.data, state["physics"], _INTEGRATION)  # the solver's warm start too
+        self.steps = state["steps"]
 
     def pose(self) -> Pose:
         """Return the robot's physical pose."""

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 # The lazy eligibility is scaled by exp(-t / tau_c) within one call of the kernel; a call this short keeps it in range.
 _STEPS_A_CALL: Final = 1000
+_VIEWS: Final = ("fired_octets",)
+"""What shares its memory with another array of the state."""
 
 
 class Spikes(NamedTuple):
@@ -109,6 +111,19 @@ class Network:
             done += size
             self._steps += size
         return Spikes(self._spike_step[:total].copy(), self._spike_neuron[:total].copy(), counts)
+
+    def saved(self) -> dict[str, Any]:
+        """Return copies of all that `restore` needs: the arrays of `state`, the steps so far, dopamine on its way."""
+        arrays = {name: array.copy() for name, array in self.state._asdict().items() if name not in _VIEWS}
+        releases = [{"due": due, "amount": amount.copy()} for due, amount in self._releases]
+        return {"arrays": arrays, "steps": self._steps, "releases": releases}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go on from what `saved` returned, to the bit."""
+        for name, array in saved["arrays"].items():
+            getattr(self.state, name)[:] = array
+        self._steps = saved["steps"]
+        self._releases = [(release["due"], release["amount"]) for release in saved["releases"]]
 
     def _reserve(self, spikes: int, steps: int) -> None:
         """Make room for a spike of every neuron in every step, behind the `spikes` that there are."""
