@@ -267,11 +267,14 @@ def run(
 
 
 @njit(cache=True)
-def mean_weights(anchor: Any) -> Any:
-    """Return the mean of each projection's settled weights, (8,) float64; a sum a column, so that it vectorises."""
-    means = np.empty(anchor.shape[0])
+def mean_weights(anchor: Any, columns: Any, means: Any) -> None:
+    """Write the mean of each projection's settled weights into `means`, (8,) float64.
+
+    Sums by column, in the scratch array `columns`, (100,) float64: unlike one running sum, that vectorises.
+    """
     for k in range(anchor.shape[0]):
-        columns = np.zeros(_BLOCK)
+        for j in range(_BLOCK):
+            columns[j] = 0.0
         for i in range(anchor.shape[1]):
             for j in range(_BLOCK):
                 columns[j] += anchor[k, i, j]
@@ -279,4 +282,3 @@ def mean_weights(anchor: Any) -> Any:
         for j in range(_BLOCK):
             total += columns[j]
         means[k] = total / (anchor.shape[1] * _BLOCK)
-    return means

@@ -54,6 +54,7 @@ class Network:
         self._silence = np.zeros(neurons, self._real)
         self._spike_step = np.empty(2 * _STEPS_A_CALL * neurons, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
+        self._columns = np.empty(self.weights.shape[2])
 
     @property
     def weights(self) -> NDArray[Any]:
@@ -72,7 +73,8 @@ class Network:
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, (8,)."""
-        means: NDArray[np.float64] = kernel.mean_weights(self.weights)
+        means = np.empty(len(self.weights))
+        kernel.mean_weights(self.weights, self._columns, means)
         return means
 
     def run(
