@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from scla_mj.errors import SclaError
+
+_MOST_JSON_BYTES: Final = 1e9
+"""The summary of two million epochs; more is no file of ours, and would fill the memory."""
 
 
 @contextmanager
@@ -54,6 +59,7 @@ def read_json(path: Path) -> dict[str, Any]:
     Raises:
         SclaError: the file is missing, unreadable, or no JSON object.
     """
+    check_regular(path, most_bytes=_MOST_JSON_BYTES)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -63,6 +69,24 @@ def read_json(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise SclaError(f"{path} is damaged: it must hold a JSON object, not {type(content).__name__}")
     return content
+
+
+def check_regular(path: Path, *, most_bytes: float = math.inf) -> None:
+    """Refuse what is there but no regular file, since a pipe may never end, and a file that is too long to be ours.
+
+    Raises:
+        SclaError: it is another thing, or longer than `most_bytes`.
+    """
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return  # whoever opens it says so in its own words
+    except OSError as error:
+        raise cannot_read(path, error) from error
+    if not stat.S_ISREG(status.st_mode):
+        raise SclaError(f"{path} is damaged: it must be a file, not a folder, a pipe or a device")
+    if status.st_size > most_bytes:
+        raise SclaError(f"{path} is damaged: it holds {status.st_size} bytes, a file of ours at most {most_bytes:g}")
 
 
 def cannot_read(path: Path, error: OSError) -> SclaError:

@@ -14,10 +14,11 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import BRAIN_NPZ
 from scla_mj.runs.archive import add_array
-from scla_mj.runs.atomic import cannot_read, replacing
+from scla_mj.runs.atomic import cannot_read, check_regular, replacing
 from scla_mj.signals import Snapshot
 
 WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
+_MEMBERS: Final = ("weights", "projections", "probabilities")
 PROBABILITY_TOLERANCE: Final = 1e-6
 """Far above the rounding of four summed float64 numbers, far below any visible change of a policy."""
 
@@ -47,22 +48,30 @@ def read_brain(folder: Path) -> Snapshot:
     """
     path = Path(folder) / BRAIN_NPZ
     arrays = _read_members(path)
-    for name in arrays:
-        if name not in ("weights", "projections", "probabilities"):
-            raise SclaError(
-                f"{path} is no brain of ours: it holds {name!r}, known are weights, projections, probabilities"
-            )
     return Snapshot(_checked_weights(path, arrays), _checked_probabilities(path, arrays))
 
 
 def _read_members(path: Path) -> dict[str, NDArray[Any]]:
+    check_regular(path)
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            _check_members(path, archive)
             return {name: archive[name] for name in archive.files}
+    except SclaError:
+        raise
     except OSError as error:
         raise cannot_read(path, error) from error
     except Exception as error:  # zipfile, zlib and numpy raise a dozen kinds on damaged bytes
         raise SclaError(f"{path} is damaged: it must hold numpy arrays ({type(error).__name__})") from error
+
+
+def _check_members(path: Path, archive: Any) -> None:
+    """Refuse foreign members before they are read; ours are not compressed, so that none unpacks into gigabytes."""
+    for name in archive.files:
+        if name not in _MEMBERS:
+            raise SclaError(f"{path} is no brain of ours: it holds {name!r}, known are {', '.join(_MEMBERS)}")
+    if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.zip.infolist()):
+        raise SclaError(f"{path} is no brain of ours: its arrays are compressed")
 
 
 def _checked_weights(path: Path, arrays: dict[str, NDArray[Any]]) -> NDArray[Any] | None:

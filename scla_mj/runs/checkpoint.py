@@ -20,10 +20,14 @@ from numpy.typing import NDArray
 from scla_mj.errors import SclaError
 from scla_mj.paths import CHECKPOINT_NPZ
 from scla_mj.runs.archive import add_array, member
-from scla_mj.runs.atomic import cannot_read, cannot_write, replacing
+from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, replacing
 
 FORMAT: Final = 1
+PERIOD_S: Final = 10.0
+"""Wall time between two checkpoints of a run: writing one costs some 0.02 s, a kill so much work at most."""
 
+_MOST_BYTES: Final = 4e9
+"""Far above the state of the largest network; more is no file of ours, and would fill the memory."""
 _STATE: Final = "state.json"
 _ARRAY: Final = "$array"
 """In `state.json` an array is an object with this one key, which names the archive's member."""
@@ -64,6 +68,7 @@ def read_checkpoint(folder: Path) -> dict[str, Any] | None:
         SclaError: the file cannot be read, is damaged, or is of another format.
     """
     path = Path(folder) / CHECKPOINT_NPZ
+    check_regular(path, most_bytes=_MOST_BYTES)
     try:
         content = path.read_bytes()
     except FileNotFoundError:

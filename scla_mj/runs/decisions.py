@@ -21,7 +21,7 @@ from scla_mj.anatomy import MOTOR
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
-from scla_mj.runs.atomic import cannot_read, cannot_write, replacing
+from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, replacing
 from scla_mj.runs.stream import header, message, whole_batches
 from scla_mj.signals import DecisionRecord, Outcome
 
@@ -198,6 +198,7 @@ def take_back(folder: Path, decisions: int) -> None:
     """
     parquet, partial = Path(folder) / DECISIONS_PARQUET, Path(folder) / DECISIONS_PARTIAL
     source, wanted = parquet if parquet.exists() else partial, decisions
+    check_regular(source)
     try:
         with replacing(partial) as scratch, scratch.open("wb") as file:
             file.write(header(SCHEMA))
@@ -225,6 +226,7 @@ def read_decisions(folder: Path) -> pa.Table:
     parquet = Path(folder) / DECISIONS_PARQUET
     partial = Path(folder) / DECISIONS_PARTIAL
     path = partial if partial.exists() and not parquet.exists() else parquet
+    check_regular(path)
     try:
         table = _read_parquet(path) if path == parquet else pa.Table.from_batches(whole_batches(path, SCHEMA), SCHEMA)
         table.validate(full=True)

@@ -31,6 +31,8 @@ RUN_FILES: Final = (
     paths.SEAL_JSON,
 )
 PACKAGES: Final = ("mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow")
+MAKERS: Final = ("scla-mj", *PACKAGES)
+"""Whose versions a run's bits hang on; the others are told for the record."""
 
 _VERSIONS: Final = "versions"
 _RUN_ID: Final = "run_id"

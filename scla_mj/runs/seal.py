@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import SEAL_JSON
-from scla_mj.runs.atomic import cannot_read, cannot_write, read_json, write_json
+from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, read_json, write_json
 from scla_mj.runs.folder import is_run_file
 
 FORMAT: Final = 1
@@ -121,6 +121,7 @@ def _own_digest(content: dict[str, Any]) -> str:
 
 
 def _digest(path: Path) -> str:
+    check_regular(path)
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

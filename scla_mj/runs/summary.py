@@ -114,6 +114,11 @@ class Tally:
         if error_m > self._max_error_m or math.isnan(error_m):  # a NaN stays: nothing is above it
             self._max_error_m = error_m
 
+    @property
+    def decisions(self) -> int:
+        """Decisions counted so far."""
+        return sum(self._outcomes.values())
+
     def epoch(self, epoch: int) -> EpochSummary:
         """Return the figures so far of an epoch that has at least one decision."""
         count = self._counts[epoch]

@@ -1,0 +1,51 @@
+"""What a run has earned and what it took, up to its last whole decision."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from scla_mj.runs.history import WeightHistory
+from scla_mj.runs.summary import Summary, Tally
+
+if TYPE_CHECKING:
+    from scla_mj.config import RunConfig
+    from scla_mj.signals import DecisionRecord
+
+
+class Account:
+    """Counts decisions, and time on both clocks; a resumed run's wall time is that of all its parts."""
+
+    def __init__(self, config: RunConfig) -> None:
+        self.tally, self.history = Tally(config), WeightHistory()
+        self._started = time.perf_counter()
+        self._simulated_s = 0.0
+
+    def add(self, record: DecisionRecord, time_s: float) -> None:
+        """Count one decision, after which the run's time is `time_s`."""
+        self.tally.add(record)
+        self.history.add(record)
+        self._simulated_s = time_s
+
+    def summary(self) -> Summary:
+        """Return the figures so far."""
+        return self.tally.summary(simulated_s=self._simulated_s, wall_s=self._wall_s())
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that `restore` needs to go on from here."""
+        return {
+            "tally": self.tally.state(),
+            "history": self.history.state(),
+            "simulated_s": self._simulated_s,
+            "wall_s": self._wall_s(),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`."""
+        self.tally.restore(state["tally"])
+        self.history.restore(state["history"])
+        self._simulated_s = state["simulated_s"]
+        self._started = time.perf_counter() - state["wall_s"]
+
+    def _wall_s(self) -> float:
+        return time.perf_counter() - self._started
