@@ -49,7 +49,7 @@ def make_map(grid: Grid) -> FloorMap:
 
 def ray_angles() -> NDArray[np.float64]:
     """Return each ray's angle from straight ahead, towards the left, shape (RAYS,)."""
-    return math.tau / RAYS * np.arange(RAYS)
+    return np.linspace(0.0, math.tau, RAYS, endpoint=False)
 
 
 @njit(cache=True)

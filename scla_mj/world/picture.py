@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from scla_mj.world import names
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from scla_mj.world.world import World
 
-_VISUAL_GROUP: Final = 2
+_VISUAL_GROUPS: Final = [names.WALL_GROUP, names.VISUAL_GROUP]
 
 
 def render(world: World, camera: str, width: int, height: int) -> NDArray[np.uint8]:
@@ -24,6 +26,6 @@ def render(world: World, camera: str, width: int, height: int) -> NDArray[np.uin
 
     options = wrapper.MjvOption()
     options.geomgroup[:] = 0
-    options.geomgroup[_VISUAL_GROUP] = 1
+    options.geomgroup[_VISUAL_GROUPS] = 1
     picture: NDArray[np.uint8] = physics.render(height, width, camera_id=camera, scene_option=options)
     return picture

@@ -1,0 +1,47 @@
+"""How far it is to the walls: rays from the robot, as a ring of range sensors would cast them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import mujoco
+import numpy as np
+
+from scla_mj.world import names
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scla_mj.world.world import World
+
+_ABOVE_AXLE_M: Final = 0.035
+"""Height of the ring: half-way up the walls, so that a robot that leans a little still meets them."""
+_NO_BODY: Final = -1
+
+
+def ranges_m(world: World, angles_rad: NDArray[np.float64], *, reach_m: float) -> NDArray[np.float64]:
+    """Return how far each ray truly goes to a wall or a closed cell.
+
+    The rays start at the axle's midpoint, in the chassis' own plane: a robot that leans casts them up and down. (Real
+    sensors sit on the chassis' rim; their distance from the axle is known and taken off.)
+
+    Args:
+        world: with the robot as it stands now.
+        angles_rad: each ray's angle from straight ahead, towards the left.
+        reach_m: what is further away gives no echo.
+
+    Returns:
+        Lengths in metres, a ray each; infinite where there is no echo.
+    """
+    chassis = world.data.body(names.CHASSIS)
+    frame = chassis.xmat.reshape(3, 3)
+    rays = np.column_stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(len(angles_rad))]) @ frame.T
+    origin = chassis.xpos + _ABOVE_AXLE_M * frame[:, 2]
+    groups, met = np.zeros(mujoco.mjNGROUP, dtype=np.uint8), np.empty(1, dtype=np.int32)
+    groups[names.WALL_GROUP] = 1
+    # One by one: mj_multiRay (3.17) loses the walls, which only planes can touch, where the floor has closed cells.
+    lengths = np.array(
+        [mujoco.mj_ray(world.model, world.data, origin, ray, groups, True, _NO_BODY, met, None) for ray in rays]
+    )
+    return np.where((lengths >= 0.0) & (lengths <= reach_m), lengths, math.inf)
