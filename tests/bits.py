@@ -50,7 +50,7 @@ def versions() -> dict[str, str]:
 
 
 def libm() -> str:
-    """Return a digest of the C library's functions: another version, or a processor without FMA, has other last bits."""
+    """Return a digest of the C library's functions: others, or a processor without FMA, have other last bits."""
     angles = [0.001 * number for number in range(-6000, 6000)]
     values = [(math.sin(x), math.cos(x), math.atan2(x, 1.7), math.exp(-abs(x)), math.hypot(x, 0.3)) for x in angles]
     return _digest(np.array(values).tobytes())

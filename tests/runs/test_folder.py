@@ -167,7 +167,7 @@ def test_what_is_no_run_folder_is_not_opened(tmp_path):
     assert "is no run folder" in refused(open_run, tmp_path / "absent")
     assert "config.json does not exist" in refused(open_run, tmp_path)
     (tmp_path / paths.CONFIG_JSON).mkdir()
-    assert "cannot read" in refused(open_run, tmp_path)
+    assert "it must be a file" in refused(open_run, tmp_path)
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
