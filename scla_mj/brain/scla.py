@@ -76,7 +76,7 @@ class SclaBrain(Brain):
     def learn(self, feedback: Feedback) -> None:
         """Release dopamine for a sensed target, and pass the network's signal on to the automata."""
         astray = feedback.executed != feedback.action
-        if self._config.automaton.credit == "executed":
+        if astray and self._config.automaton.credit == "executed":
             feedback = feedback._replace(action=feedback.executed)
         if feedback.outcome is not Outcome.FAILED:
             self._release_dopamine(feedback)
