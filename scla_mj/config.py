@@ -7,7 +7,7 @@ number without a unit is a pure number.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import tyro.conf
 
@@ -23,6 +23,10 @@ Precision = Literal["float32", "float64"]
 Modulation = Literal["signed", "scalar"]
 Credit = Literal["executed", "decided"]
 Localisation = Literal["truth", "odometry", "sensors"]
+
+CHECKPOINT_PERIOD_S: Final = 10.0
+"""Wall time between two checkpoints: writing one costs some 0.02 s, a kill so much work at most. No setting of a run,
+as no bit of it depends on this."""
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,20 +46,24 @@ class Inspect:
         """
         from rich.console import Console
 
-        from scla_mj.paths import CONFIG_JSON, RECORDING_RRD
+        from scla_mj.paths import CHECKPOINT_NPZ, CONFIG_JSON, RECORDING_RRD, recordings
         from scla_mj.runs.folder import load_config, open_run
         from scla_mj.runs.seal import check_seal, is_sealed
         from scla_mj.telemetry.agreement import compare
         from scla_mj.telemetry.reader import inspect_recording
 
-        if not (self.path / RECORDING_RRD).exists():
+        parts = recordings(self.path) if self.path.is_dir() else []
+        if not parts:
             open_run(self.path)  # what is no run at all is refused as such
-        check_seal(self.path, RECORDING_RRD)  # before a library sees the bytes
+            parts = [self.path / RECORDING_RRD]
+        check_seal(self.path, *(part.name for part in parts))  # before a library sees the bytes
         faults = Faults(self.path)
         config = faults.read(CONFIG_JSON, lambda: load_config(self.path / CONFIG_JSON))
-        inspection = inspect_recording(self.path / RECORDING_RRD)
+        inspection = inspect_recording(*parts)
         console = Console(markup=False, emoji=False, highlight=False)  # a path may hold brackets or colons
         _print_recording(console, inspection)
+        if (self.path / CHECKPOINT_NPZ).exists():
+            console.print("not complete: scla-mj resume goes on from the checkpoint")
         console.print(_SEALED if is_sealed(self.path) else _UNSEALED)
         rows = compare(inspection, _read_files(self.path, config, inspection, faults))
         console.print(_comparison(rows))
@@ -114,7 +119,9 @@ def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, fa
     files = RunFiles(config=None if config is None else _settings(config))
     if not (path / SUMMARY_JSON).exists():
         faults.add(
-            SUMMARY_JSON, f"{path / SUMMARY_JSON} is missing: the run was cut off before its summary was written"
+            SUMMARY_JSON,
+            f"{path / SUMMARY_JSON} is missing: the run was cut off before its summary was written; "
+            f"if nobody is running it, scla-mj resume {shlex.quote(str(path))} goes on with it",
         )
         if not inspection.finished:
             return files

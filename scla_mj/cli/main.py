@@ -9,11 +9,12 @@ from scla_mj.cli.bench import Bench
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
 from scla_mj.cli.reproduce import Reproduce
+from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
 from scla_mj.errors import SclaError
 from scla_mj.experiments.interrupts import Terminated, terminable
 
-VERBS: Final = {"rollout": Rollout, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
+VERBS: Final = {"rollout": Rollout, "resume": Resume, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
 _EXIT_INTERRUPTED: Final = 130
 _EXIT_TERMINATED: Final = 143
 

@@ -21,6 +21,7 @@ class RolloutProgress:
     """Decisions done, this epoch's hits, percent of ceiling. Drawn on stderr: stdout is for results."""
 
     def __init__(self, config: RunConfig) -> None:
+        self._decisions = config.decisions
         self._total = config.epochs * config.decisions
         self._bar = Progress(
             TextColumn("epoch {task.fields[epoch]}"),
@@ -35,10 +36,11 @@ class RolloutProgress:
         self._done = 0
 
     def update(self, record: DecisionRecord, epoch: EpochSummary) -> None:
-        """Move on by one decision; the first one brings the bar up, so that a refusal stands alone."""
-        if self._done == 0:
+        """Move on to a decision; the first one brings the bar up, so that a refusal stands alone."""
+        before, self._done = self._done, (record.epoch - 1) * self._decisions + record.decision
+        if before == 0:
+            self._bar.reset(self._task, completed=self._done - 1)  # a resumed run's time is reckoned from here on
             self._bar.start()
-        self._done += 1
         if self._done % _REFRESH_DECISIONS == 0 or self._done == self._total:
             self._bar.update(
                 self._task,

@@ -60,9 +60,10 @@ def files_table(folder: Path) -> Table:
     table.add_column("size", justify="right")
     table.add_column("what it holds")
     for name, what in _WHAT.items():
-        file = folder / name
-        if file.exists():
-            table.add_row(name, _size(file.stat().st_size), what)
+        files = paths.recordings(folder) if name == paths.RECORDING_RRD else [folder / name]
+        for file in files:
+            if file.exists():
+                table.add_row(file.name, _size(file.stat().st_size), what)
     return table
 
 

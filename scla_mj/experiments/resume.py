@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scla_mj import paths
+from scla_mj.config import CHECKPOINT_PERIOD_S
 from scla_mj.errors import SclaError
 from scla_mj.experiments.assemble import build_trial
 from scla_mj.experiments.lock import running
 from scla_mj.experiments.session import Session, Watch
 from scla_mj.runs import folder
 from scla_mj.runs.atomic import cannot_write
-from scla_mj.runs.checkpoint import PERIOD_S, START_AGAIN, read_checkpoint
+from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
 from scla_mj.runs.decisions import take_back
 from scla_mj.runs.seal import check_seal, lift_seal
 from scla_mj.runs.summary import read_summary
@@ -26,7 +27,11 @@ _RESULTS: Final = (paths.SUMMARY_JSON, paths.BRAIN_NPZ, paths.EPOCHS_PNG, paths.
 
 
 def resume(
-    path: Path, *, watch: Watch | None = None, pictures: bool = True, checkpoint_period_s: float = PERIOD_S
+    path: Path,
+    *,
+    watch: Watch | None = None,
+    pictures: bool = True,
+    checkpoint_period_s: float = CHECKPOINT_PERIOD_S,
 ) -> Summary:
     """Go on with the run in `path` from its checkpoint, to its end; `watch` is called after every decision.
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
 from scla_mj.experiments.assemble import build_trial
 from scla_mj.experiments.lock import running
 from scla_mj.experiments.session import Session, Watch
 from scla_mj.runs import folder
-from scla_mj.runs.checkpoint import PERIOD_S
 
 if TYPE_CHECKING:
-    from scla_mj.config import RunConfig
     from scla_mj.runs.summary import Summary
 
 
@@ -22,7 +21,7 @@ def rollout(
     *,
     watch: Watch | None = None,
     pictures: bool = True,
-    checkpoint_period_s: float = PERIOD_S,
+    checkpoint_period_s: float = CHECKPOINT_PERIOD_S,
 ) -> Summary:
     """Run every epoch of `config` and leave a run folder; `watch` is called after every decision.
     `pictures` draws the three figures.

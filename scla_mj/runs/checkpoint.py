@@ -23,8 +23,6 @@ from scla_mj.runs.archive import add_array, member
 from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, replacing
 
 FORMAT: Final = 1
-PERIOD_S: Final = 10.0
-"""Wall time between two checkpoints of a run: writing one costs some 0.02 s, a kill so much work at most."""
 
 _MOST_BYTES: Final = 4e9
 """Far above the state of the largest network; more is no file of ours, and would fill the memory."""

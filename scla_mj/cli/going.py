@@ -1,0 +1,58 @@
+"""What the verbs that run a robot have in common: the bar, the end, and the way back after Ctrl-C."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scla_mj.errors import SclaError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from scla_mj.config import RunConfig
+    from scla_mj.runs.summary import Summary
+
+
+def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Callable[..., Summary]) -> None:
+    """Call `run` with `watch` and `checkpoint_period_s`, show how it goes, and say what it left in the folder `path`.
+
+    Raises:
+        SclaError: the period is not possible.
+    """
+    from scla_mj.cli.progress import RolloutProgress
+    from scla_mj.paths import CHECKPOINT_NPZ
+
+    if not checkpoint_period_s >= 0.0:
+        raise SclaError(f"--checkpoint-period-s is {checkpoint_period_s}: it must be 0 or more")
+    try:
+        with RolloutProgress(config) as progress:
+            summary = run(watch=progress.update, checkpoint_period_s=checkpoint_period_s)
+    except KeyboardInterrupt:
+        if (path / CHECKPOINT_NPZ).exists():
+            print(f"scla-mj resume {shlex.quote(str(path))} goes on from here", file=sys.stderr)
+        raise
+    _report(path, summary)
+
+
+def _report(path: Path, summary: Summary) -> None:
+    from rich.console import Console
+
+    from scla_mj.cli.tables import epoch_table, files_table
+    from scla_mj.paths import recordings
+
+    console = Console()
+    console.print(epoch_table(summary))
+    console.print(files_table(path))
+    _say(console, f"The run:  {path}")
+    parts = recordings(path)
+    if parts:
+        _say(console, f"Open the recording:  rerun {shlex.join(map(str, parts))}")
+
+
+def _say(console: Console, line: str) -> None:
+    """Print a line as it is: a path may hold what rich takes for markup, and must not be broken."""
+    console.print(line, markup=False, emoji=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,32 @@
+"""`scla-mj resume RUN`: go on with a run that was cut off, to the bits of one that never stopped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro.conf
+
+from scla_mj.cli.folders import folder
+from scla_mj.cli.going import carry_out
+from scla_mj.config import CHECKPOINT_PERIOD_S
+
+
+@dataclass(frozen=True)
+class Resume:
+    """Go on with a run that was killed or stopped; it ends with the same bits as if it had never been."""
+
+    path: Annotated[Path, tyro.conf.Positional, folder("RUN")]
+    """A run folder that `scla-mj rollout` wrote."""
+    checkpoint_period_s: float = CHECKPOINT_PERIOD_S
+    """Wall time between two checkpoints."""
+
+    def run(self) -> int:
+        """Resume the run; return the exit code."""
+        from scla_mj.experiments.resume import resume
+        from scla_mj.runs.folder import open_run
+
+        config = open_run(self.path).config
+        carry_out(self.path, config, self.checkpoint_period_s, lambda **how: resume(self.path, **how))
+        return 0

@@ -1,0 +1,8 @@
+"""`python scripts/resume.py RUN`: the same as `scla-mj resume RUN`."""
+
+import sys
+
+from scla_mj.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main(["resume", *sys.argv[1:]]))
