@@ -1,0 +1,42 @@
+"""What a measurement says: one table for the terminal and for Markdown, plain numbers for JSON and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import NamedTuple
+
+
+class Sheet(NamedTuple):
+    """One table. `key` names it in files; `rows` are as they are shown; `values` are the same figures as numbers."""
+
+    key: str
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str
+    values: dict[str, float]
+
+
+def markdown(sheet: Sheet) -> str:
+    """Return the table as GitHub's Markdown, under its title and with its note."""
+    ruler = ["---"] + ["---:"] * (len(sheet.header) - 1)
+    lines = [_line(sheet.header), _line(tuple(ruler)), *(_line(row) for row in sheet.rows)]
+    return "\n".join([f"**{sheet.title}**", "", *lines, "", sheet.note, ""])
+
+
+def comma_separated(sheet: Sheet) -> str:
+    """Return the table as CSV."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([sheet.header, *sheet.rows])
+    return text.getvalue()
+
+
+def against(value: float, target: float, *, at_least: bool = False) -> str:
+    """Say whether a figure reaches its target."""
+    reached = value >= target if at_least else value <= target
+    return f"{'at least' if at_least else 'at most'} {target:g}: {'reached' if reached else 'missed'}"
+
+
+def _line(cells: tuple[str, ...]) -> str:
+    return "| " + " | ".join(cells) + " |"
