@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Percept(NamedTuple):
-    """What the robot senses: its own cell, and the direction of the target if it is next door."""
+    """What the robot senses: the cell it believes to be in, and the direction of the target if it is next door."""
 
     cell: Cell
     sensed: Action | None
@@ -46,7 +46,7 @@ class Move(NamedTuple):
 
     `trajectory` has a row a control period and the columns of `TRAJECTORY_COLUMNS`; `time_s` counts from the run's
     start. `duration_s` is the drive alone, without the thinking window. `fallen` says that the robot cannot drive on
-    from where it lies.
+    from where it is (it lies, or is lost, or has failed too often in a row) and is put down somewhere else.
     """
 
     outcome: Outcome
@@ -97,11 +97,19 @@ class Snapshot(NamedTuple):
     probabilities: NDArray[np.float64] | None = None
 
 
+class Localised(NamedTuple):
+    """How far from the truth a robot believed to be when it decided, and whether it had the cell right."""
+
+    error_m: float
+    right_cell: bool
+
+
 class DecisionRecord(NamedTuple):
     """One decision, whole: everything that a log or a recording may want, and nothing that can be written back.
 
     `epoch` and `decision` count from 1; `time_s` is the run's time when the thinking window opened. `executed` is the
-    direction the body was sent in, `chosen.action` unless the floor's direction noise had its way.
+    direction the body was sent in, `chosen.action` unless the floor's direction noise had its way. `localised` is None
+    where the simulator tells the robot its place.
     """
 
     epoch: int
@@ -113,3 +121,4 @@ class DecisionRecord(NamedTuple):
     move: Move
     hit: bool
     activity: Activity | None
+    localised: Localised | None = None

@@ -8,8 +8,10 @@ from scla_mj.brain.registry import BRAINS, build_brain
 from scla_mj.experiments.checked_brain import CheckedBrain
 from scla_mj.loop.drive import Driver
 from scla_mj.loop.floor import DirectionNoise
+from scla_mj.loop.localiser import Localiser
 from scla_mj.loop.trial import Trial
 from scla_mj.randomness import Consumer, generator
+from scla_mj.world.disturbance import Disturbance
 from scla_mj.world.world import World
 
 if TYPE_CHECKING:
@@ -26,13 +28,30 @@ def build_trial(config: RunConfig) -> Trial:
     grid, clock = config.build_grid(), config.build_clock()
     world = World(grid, clock)
     brain = build_brain(config, clock)
+    disturbance = Disturbance(
+        world,
+        config.disturbance,
+        control_period_s=clock.control_period_s,
+        model_rng=generator(config.seed, Consumer.MODEL_DISTURBANCE),
+        drive_rng=generator(config.seed, Consumer.DRIVE_DISTURBANCE),
+    )
+    localiser = Localiser(
+        config.localisation,
+        world,
+        control_period_s=clock.control_period_s,
+        rng=generator(config.seed, Consumer.SENSOR_NOISE),
+    )
     return Trial(
         grid=grid,
         clock=clock,
         protocol=config.protocol,
         world=world,
         brain=brain if config.brain in BRAINS else CheckedBrain(brain, config.brain, cells=grid.cells),
-        driver=Driver(world, clock, config.controller),
+        driver=Driver(
+            world, clock, config.controller, disturbance=disturbance.interference, odometer=localiser.odometer
+        ),
         noise=DirectionNoise(config.world.direction_noise, rng=generator(config.seed, Consumer.DIRECTION_NOISE)),
+        disturbance=disturbance,
+        localiser=localiser,
         spawn=generator(config.seed, Consumer.SPAWN),
     )

@@ -27,7 +27,11 @@ from scla_mj.control.controller import (
     tick,
 )
 from scla_mj.grid import Action, Cell
+from scla_mj.sense import odometry
+from scla_mj.sense.odometry import advance
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
+from scla_mj.world import interference
+from scla_mj.world.interference import interfere
 from scla_mj.world.world import UPRIGHT_COSINE
 
 if TYPE_CHECKING:
@@ -39,6 +43,8 @@ if TYPE_CHECKING:
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
     from scla_mj.control.controller import Gains, State
+    from scla_mj.sense.odometry import Odometer
+    from scla_mj.world.interference import Interference
     from scla_mj.world.world import World
 
 FAULT: Final = 3
@@ -78,6 +84,13 @@ def _sense_motion(body: Body, touched: bool) -> tuple[Motion, float]:
 
 
 @njit(inline="always")
+def _believed_motion(odometer: Odometer, touched: bool) -> Motion:
+    """What the robot's own sensors make of its pose and speeds."""
+    estimate = odometer.estimate
+    return Motion(estimate[0], estimate[1], estimate[2], estimate[3], estimate[4], touched)
+
+
+@njit(inline="always")
 def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
     """Fill a trajectory's row: the time, the pose with both wheels' angles, the wheel speeds as commanded."""
     row[0] = time_s
@@ -90,7 +103,8 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
     """Return the compiled loop.
 
     numba caches it by this file's date alone, and would go on with an old controller; constants of a closure are part
-    of the cache's key too, so the digest of the controller's source is one.
+    of the cache's key too, so the digest of the sources of what it calls is one. Where there is no disturbance or no
+    odometry, numba compiles a loop that knows of none.
     """
 
     @njit(cache=True, nogil=True)
@@ -103,6 +117,8 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
         first_row: int,
         elapsed: int,
         limit: int,
+        disturbance: Interference | None,
+        odometer: Odometer | None,
     ) -> tuple[int, int]:
         """Run control periods until the move ends or `limit` periods have passed.
 
@@ -111,6 +127,8 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
             first_row: its first free row.
             elapsed: control periods since the run's start.
             limit: the most periods to run.
+            disturbance: what comes between the command and the wheels, if anything.
+            odometer: what the robot steers by; None if the simulator tells it the truth.
 
         Returns:
             The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them.
@@ -118,9 +136,12 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
         assert source_digest
         touched = False
         if state.phase == STARTING:
-            state = begin(goal, _sense_motion(body, touched)[0].heading_rad)
+            motion = _sense_motion(body, touched)[0] if odometer is None else _believed_motion(odometer, touched)
+            state = begin(goal, motion.heading_rad)
         for period in range(limit):
             motion, upright = _sense_motion(body, touched)
+            if odometer is not None:
+                motion = _believed_motion(odometer, touched)
             if not upright >= UPRIGHT_COSINE:
                 return period, FAULT
             state, left, right, status = tick(state, motion, goal, gains)
@@ -128,11 +149,18 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
                 return period, FAULT
             if status != DRIVING:
                 return period, status
+            if disturbance is not None:
+                left, right = interfere(disturbance, left, right)
             body.ctrl[0], body.ctrl[1] = left, right
-            touched = False
+            touched, turned = False, 0.0
             for _ in range(body.steps_per_period):
                 mj_step(body.model_address, body.data_address)
                 touched |= body.touch[0] > 0.0 or body.touch[1] > 0.0
+                if odometer is not None:
+                    turned += body.qvel[5]
+            if odometer is not None:
+                turned *= gains.period_s / body.steps_per_period
+                advance(odometer, body.qpos[7], body.qpos[8], turned)
             _write_row(rows[first_row + period], (elapsed + period + 1) * gains.period_s, body)
         return limit, DRIVING
 
@@ -144,13 +172,25 @@ def _source_digest(*modules: ModuleType) -> str:
     return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
 
 
-run_periods: Final = _compile(_source_digest(controller, profile))
+run_periods: Final = _compile(_source_digest(controller, profile, interference, odometry))
 
 
 class Driver:
-    """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back."""
+    """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back.
 
-    def __init__(self, world: World, clock: Clock, config: ControllerConfig) -> None:
+    `disturbance` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
+    the truth.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        clock: Clock,
+        config: ControllerConfig,
+        *,
+        disturbance: Interference | None = None,
+        odometer: Odometer | None = None,
+    ) -> None:
         self._world = world
         self._clock = clock
         self._gains = make_gains(
@@ -171,6 +211,7 @@ class Driver:
             data.ctrl,
             world.touch,
         )
+        self._disturbance, self._odometer = disturbance, odometer
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
         self._filled = 0
@@ -194,10 +235,14 @@ class Driver:
         grid = self._world.grid
         goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(start_cell.after(action)))
         self._reserve(self._timeout_periods)
+        before = start_cell if self._odometer is None else self._true_cell(start_cell)
         periods, status = self._run(START, goal, self._timeout_periods)
         trajectory = self._rows[: self._filled].copy()
         self._filled = 0
-        return self._judge(action, start_cell, status, periods * self._clock.control_period_s, trajectory)
+        duration_s = periods * self._clock.control_period_s
+        if not self._can_go_on():
+            return Move(Outcome.FAILED, before, before, duration_s, math.nan, math.nan, True, trajectory)
+        return self._judge(action, start_cell, status, before, duration_s, trajectory)
 
     def state(self) -> dict[str, Any]:
         """Return the run's time, and the rows that no move has taken yet."""
@@ -212,20 +257,42 @@ class Driver:
 
     def _run(self, state: State, goal: Goal, limit: int) -> tuple[int, int]:
         periods, status = run_periods(
-            self._body, state, goal, self._gains, self._rows, self._filled, self.periods, limit
+            self._body,
+            state,
+            goal,
+            self._gains,
+            self._rows,
+            self._filled,
+            self.periods,
+            limit,
+            self._disturbance,
+            self._odometer,
         )
         self._filled += periods
         self.periods += periods
         self._world.steps += periods * self._clock.physics_steps_per_control
         return periods, status
 
+    def _true_cell(self, believed: Cell) -> Cell:
+        """Return the cell that the robot stands in, or the believed one where it does not stand."""
+        pose = self._world.pose()
+        return self._world.grid.cell_at(pose.x_m, pose.y_m) if pose.can_drive() else believed
+
+    def _can_go_on(self) -> bool:
+        """Tell whether the robot stands, and has a place in mind."""
+        return self._world.can_drive() and (self._odometer is None or bool(np.isfinite(self._odometer.estimate).all()))
+
     def _judge(
-        self, action: Action, start: Cell, status: int, duration_s: float, trajectory: NDArray[np.float64]
+        self,
+        action: Action,
+        start: Cell,
+        status: int,
+        before: Cell,
+        duration_s: float,
+        trajectory: NDArray[np.float64],
     ) -> Move:
-        """Say how the move ended, from the physical pose alone."""
+        """Say how the move of a robot that can go on has ended, from its physical pose alone."""
         grid, pose = self._world.grid, self._world.pose()
-        if not pose.can_drive():
-            return Move(Outcome.FAILED, start, start, duration_s, math.nan, math.nan, True, trajectory)
         after = grid.cell_at(pose.x_m, pose.y_m)
         outcome = Outcome.FAILED
         if status == ARRIVED and after == start.after(action):
@@ -236,7 +303,7 @@ class Driver:
         off_m = math.hypot(pose.x_m - x_m, pose.y_m - y_m)
         quarter_turns = round(pose.heading_rad / (math.pi / 2))
         off_rad = pose.heading_rad - quarter_turns * math.pi / 2
-        return Move(outcome, start, after, duration_s, off_m, off_rad, False, trajectory)
+        return Move(outcome, before, after, duration_s, off_m, off_rad, False, trajectory)
 
     def _reserve(self, periods: int) -> None:
         """Make room for more rows (only a long series of holds needs it)."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from scla_mj.errors import SclaError
 from scla_mj.sense.target_sensor import TargetSensor
-from scla_mj.signals import DecisionRecord, Feedback, Percept
+from scla_mj.signals import DecisionRecord, Feedback, Outcome, Percept
 
 if TYPE_CHECKING:
     from scla_mj.brain.base import Brain
@@ -17,9 +17,14 @@ if TYPE_CHECKING:
     from scla_mj.grid import Grid, StartProtocol
     from scla_mj.loop.drive import Driver
     from scla_mj.loop.floor import DirectionNoise
+    from scla_mj.loop.localiser import Localiser
+    from scla_mj.signals import Move
+    from scla_mj.world.disturbance import Disturbance
     from scla_mj.world.world import World
 
-_QUARTER_TURN_RAD = math.pi / 2
+_QUARTER_TURN_RAD: Final = math.pi / 2
+_HELPLESS_MOVES: Final = 3
+"""After that many failed moves in a row a robot is stuck or lost, and is put down elsewhere: one may be bad luck."""
 
 
 class Trial:
@@ -35,6 +40,8 @@ class Trial:
         brain: Brain,
         driver: Driver,
         noise: DirectionNoise,
+        disturbance: Disturbance,
+        localiser: Localiser,
         spawn: np.random.Generator,
     ) -> None:
         self.world = world
@@ -46,7 +53,10 @@ class Trial:
         self._sensor = TargetSensor(grid)
         self._driver = driver
         self._noise = noise
+        self._disturbance = disturbance
+        self._localiser = localiser
         self._spawn = spawn
+        self._failures = 0
         self._respawn()
 
     @property
@@ -57,21 +67,20 @@ class Trial:
     def step(self, *, epoch: int, decision: int) -> DecisionRecord:
         """Let the robot make one decision and drive it; `epoch` and `decision` are the record's numbers."""
         started_s = self.time_s
-        percept = self._sense()
+        percept, localised = self._sense(), self._localiser.error()
         chosen = self.brain.decide(percept)
         self._driver.hold(self._thinking_controls)
         executed = self._noise.execute(chosen.action)
         move = self._driver.drive(executed, percept.cell)
         self.brain.elapse(move.duration_s)
-        if not move.fallen:
-            self._refuse_faults()
-        now = self._sense()
-        hit = now.cell == self._grid.target
+        hit = not move.fallen and move.after == self._grid.target
+        move = self._given_up(move, hit)
+        now = self._look(move, percept)
         self.brain.learn(Feedback(percept, chosen.action, executed, move.outcome, now, hit))
-        record = DecisionRecord(epoch, decision, started_s, percept, chosen, executed, move, hit, self.brain.activity())
+        activity = self.brain.activity()
         if hit or move.fallen:
             self._respawn()
-        return record
+        return DecisionRecord(epoch, decision, started_s, percept, chosen, executed, move, hit, activity, localised)
 
     def move_target(self, grid: Grid) -> None:
         """Put the target where `grid` has it; the brain is not told. A robot that stands there starts anew."""
@@ -79,7 +88,8 @@ class Trial:
         self._starts = grid.start_cells(self._protocol)
         self._sensor = TargetSensor(grid)
         self.world.move_target(grid.target)
-        if self._sense().cell == grid.target:
+        pose = self.world.pose()
+        if grid.cell_at(pose.x_m, pose.y_m) == grid.target:
             self._respawn()
 
     def state(self) -> dict[str, Any]:
@@ -88,21 +98,42 @@ class Trial:
             "world": self.world.state(),
             "driver": self._driver.state(),
             "noise": self._noise.state(),
+            "disturbance": self._disturbance.state(),
+            "localiser": self._localiser.state(),
             "spawn": self._spawn.bit_generator.state,
+            "failures": self._failures,
             "brain": self.brain.state(),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state`, to the bit, once the target is where it was (see `move_target`)."""
+        self._disturbance.restore(state["disturbance"])  # before the world's state, which is one of that model
         self.world.restore(state["world"])
         self._driver.restore(state["driver"])
         self._noise.restore(state["noise"])
+        self._localiser.restore(state["localiser"])
         self._spawn.bit_generator.state = state["spawn"]
+        self._failures = state["failures"]
         self.brain.restore(state["brain"])
 
     def _sense(self) -> Percept:
         pose = self.world.pose()
-        return self._sensor.sense(pose.x_m, pose.y_m)
+        believed_m = None if self._localiser.odometer is None else self._localiser.position_m()
+        return self._sensor.sense(pose.x_m, pose.y_m, believed_m)
+
+    def _look(self, move: Move, before: Percept) -> Percept:
+        """Return what the robot senses after a move; one that is to be put down elsewhere knows no more than before."""
+        if self.world.can_drive():
+            self._refuse_faults()
+        if move.fallen:
+            return before
+        self._localiser.look()
+        return self._sense()
+
+    def _given_up(self, move: Move, hit: bool) -> Move:
+        """Count failures in a row, and take a robot that does nothing but fail for one that cannot drive on."""
+        self._failures = self._failures + 1 if move.outcome == Outcome.FAILED and not hit else 0
+        return move._replace(fallen=True) if self._failures >= _HELPLESS_MOVES else move
 
     def _refuse_faults(self) -> None:
         """Stop at once where MuJoCo warned or reset itself: what it computed since then is not to be trusted."""
@@ -115,4 +146,8 @@ class Trial:
     def _respawn(self) -> None:
         """Put the robot into a start cell, facing one of the four directions: the one teleport there is."""
         cell = self._starts[self._spawn.integers(len(self._starts))]
-        self.world.spawn(cell, heading_rad=_QUARTER_TURN_RAD * int(self._spawn.integers(4)))
+        heading_rad = _QUARTER_TURN_RAD * int(self._spawn.integers(4))
+        self._disturbance.renew()
+        self.world.spawn(cell, heading_rad)
+        self._localiser.told()
+        self._failures = 0

@@ -27,17 +27,18 @@ def ranges_m(world: World, angles_rad: NDArray[np.float64], *, reach_m: float) -
     sensors sit on the chassis' rim; their distance from the axle is known and taken off.)
 
     Args:
-        world: with the robot as it stands now.
+        world: with the robot where it is now (MuJoCo's own `xpos` is that of the latest step's start).
         angles_rad: each ray's angle from straight ahead, towards the left.
         reach_m: what is further away gives no echo.
 
     Returns:
         Lengths in metres, a ray each; infinite where there is no echo.
     """
-    chassis = world.data.body(names.CHASSIS)
-    frame = chassis.xmat.reshape(3, 3)
+    frame = np.empty(9)
+    mujoco.mju_quat2Mat(frame, world.data.qpos[3:7])
+    frame = frame.reshape(3, 3)
     rays = np.column_stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(len(angles_rad))]) @ frame.T
-    origin = chassis.xpos + _ABOVE_AXLE_M * frame[:, 2]
+    origin = world.data.qpos[:3] + _ABOVE_AXLE_M * frame[:, 2]
     groups, met = np.zeros(mujoco.mjNGROUP, dtype=np.uint8), np.empty(1, dtype=np.int32)
     groups[names.WALL_GROUP] = 1
     # One by one: mj_multiRay (3.17) loses the walls, which only planes can touch, where the floor has closed cells.

@@ -128,6 +128,11 @@ class World:
         heading = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
         return Pose(x, y, heading, 1 - 2 * (qx * qx + qy * qy))
 
+    def wheel_angles_rad(self) -> NDArray[np.float64]:
+        """Return how far the left and the right wheel have turned, shape (2,)."""
+        angles: NDArray[np.float64] = self._qpos[7:9].copy()
+        return angles
+
     def can_drive(self) -> bool:
         """Tell whether the robot can drive on from where it is now."""
         return self.pose().can_drive()

