@@ -198,23 +198,20 @@ def take_back(folder: Path, decisions: int) -> None:
     """
     parquet, partial = Path(folder) / DECISIONS_PARQUET, Path(folder) / DECISIONS_PARTIAL
     source, wanted = parquet if parquet.exists() else partial, decisions
-    check_regular(source)
+    with replacing(partial) as scratch, scratch.open("wb") as file:
+        file.write(header(SCHEMA))
+        for batch in _batches(source) if wanted else ():
+            kept = batch.slice(0, wanted)
+            file.write(message(kept))
+            wanted -= len(kept)
+            if not wanted:
+                break
+        if wanted:
+            raise SclaError(f"{source} is damaged: it holds {decisions - wanted} of {decisions} decisions")
     try:
-        with replacing(partial) as scratch, scratch.open("wb") as file:
-            file.write(header(SCHEMA))
-            for batch in _batches(source) if wanted else ():
-                kept = batch.slice(0, wanted)
-                file.write(message(kept))
-                wanted -= len(kept)
-                if not wanted:
-                    break
-            if wanted:
-                raise SclaError(f"{source} is damaged: it holds {decisions - wanted} of {decisions} decisions")
         parquet.unlink(missing_ok=True)
-    except FileNotFoundError as error:
-        raise cannot_read(source, error) from error
-    except (OSError, pa.ArrowException, MemoryError, ValueError) as error:
-        raise _damaged(source, error) from error
+    except OSError as error:
+        raise cannot_write(parquet, error) from error
 
 
 def read_decisions(folder: Path) -> pa.Table:
@@ -267,14 +264,20 @@ def _write_parquet(path: Path, batches: Iterator[pa.RecordBatch]) -> None:
 
 
 def _batches(path: Path) -> Iterator[pa.RecordBatch]:
-    """Yield a log's rows from either file."""
-    if path.name == DECISIONS_PARTIAL:
-        yield from whole_batches(path, SCHEMA)
-    else:
+    """Yield a log's rows from either file, every fault as one sentence."""
+    check_regular(path)
+    try:
+        if path.name == DECISIONS_PARTIAL:
+            yield from whole_batches(path, SCHEMA)
+            return
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
             if not file.schema_arrow.equals(SCHEMA):
                 raise pa.ArrowInvalid("it holds other columns")
             yield from file.iter_batches()
+    except FileNotFoundError as error:
+        raise cannot_read(path, error) from error
+    except (OSError, pa.ArrowException, MemoryError, ValueError) as error:
+        raise _damaged(path, error) from error
 
 
 def _label(action: Action | None) -> str:
