@@ -1,5 +1,11 @@
-"""The same network in other simulators. These files run in an environment of their own and import nothing of scla_mj.
+"""The same network in other simulators: these files run in an environment of their own and import nothing of scla_mj.
 
-Brian2 wants an older numpy than this package's lock holds. README's line makes the environment from `requirements.txt`;
-`worker.py` is started by that environment's interpreter and talks to the bench over a pipe.
+Brian2 wants an older numpy than this package's lock holds. The environment is made in one line (docs/performance.md)
+from `requirements.txt`; the bench starts `worker.py` with that environment's interpreter and talks to it over a pipe.
 """
+
+from pathlib import Path
+from typing import Final
+
+WORKER: Final = Path(__file__).with_name("worker.py")
+REQUIREMENTS: Final = Path(__file__).with_name("requirements.txt")
