@@ -38,7 +38,8 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def cannot_write(path: Path, error: OSError) -> SclaError:
     """Return the one sentence for a file that cannot be written."""
-    return SclaError(f"cannot write {path}: {error.strerror or error}; free the disk or choose another RUN")
+    reason = os.strerror(error.errno) if error.errno else error  # a library may put more than one line into its own
+    return SclaError(f"cannot write {path}: {reason}; free the disk or choose another RUN")
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:

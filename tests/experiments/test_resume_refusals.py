@@ -1,0 +1,162 @@
+"""What cannot be resumed is refused in one sentence, and left as it is."""
+
+import dataclasses
+import json
+import shutil
+
+import pytest
+from stopped_runs import QUICK, assert_same_run, refused, stopped, whole
+
+from scla_mj.errors import SclaError
+from scla_mj.experiments.lock import running
+from scla_mj.experiments.resume import resume
+from scla_mj.experiments.rollout import rollout
+from scla_mj.runs.checkpoint import read_checkpoint, write_checkpoint
+
+
+@pytest.fixture(scope="module")
+def cut(tmp_path_factory):
+    return stopped(QUICK, tmp_path_factory.mktemp("cut") / "run", 20)
+
+
+@pytest.fixture
+def run(cut, tmp_path):
+    return shutil.copytree(cut, tmp_path / "run")
+
+
+def test_a_complete_run_is_not_resumed(run):
+    resume(run, pictures=False)
+    assert "is complete: there is nothing to resume" in refused(run)
+
+
+def test_a_run_that_another_process_is_running_is_not_resumed(run):
+    with running(run):
+        assert "is in use: another process is running it" in refused(run)
+    resume(run, pictures=False)
+
+
+def test_while_a_run_goes_on_nobody_else_can_resume_it(tmp_path):
+    def watch(record, epoch):
+        with pytest.raises(SclaError, match="another process is running it"):
+            resume(tmp_path / "run", pictures=False)
+
+    rollout(dataclasses.replace(QUICK, epochs=1, decisions=2), tmp_path / "run", watch=watch, pictures=False)
+
+
+def test_other_versions_than_the_run_began_with_are_refused_by_name(run):
+    (run / "seal.json").unlink()
+    config = json.loads((run / "config.json").read_text())
+    config["versions"]["mujoco"] = "3.99"
+    (run / "config.json").write_text(json.dumps(config))
+    assert "began with mujoco 3.99 (here 3." in refused(run)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda config: config.update(seed=5), "does not belong to"),
+        (lambda config: config.update(epochs=5), "does not belong to"),
+        (lambda config: config.update(run_id="other"), "does not belong to"),
+        (lambda config: config.update(seed=-1), "--seed is -1"),
+        (lambda config: config.pop("versions"), "scla-mj unknown"),
+    ],
+)
+def test_a_checkpoint_of_another_run_is_refused(run, change, said):
+    (run / "seal.json").unlink()
+    config = json.loads((run / "config.json").read_text())
+    change(config)
+    (run / "config.json").write_text(json.dumps(config))
+    assert said in refused(run)
+
+
+def test_a_damaged_checkpoint_is_refused_and_the_run_can_start_again(run, tmp_path):
+    path = run / "checkpoint.npz"
+    sound = path.read_bytes()
+    for place in range(0, len(sound), len(sound) // 20):
+        path.write_bytes(sound[:place] + bytes([sound[place] ^ 1]) + sound[place + 1 :])
+        assert "checkpoint.npz is damaged" in refused(run)
+    path.unlink()
+    resume(run, pictures=False)
+    assert_same_run(whole(QUICK, tmp_path / "whole"), run)
+
+
+def test_a_checkpoint_that_lacks_a_part_or_fits_no_brain_is_refused(run):
+    state = read_checkpoint(run)
+    for change in ({"trial": {}}, {"account": 3}, {"recorder": None, "trial": state["trial"] | {"brain": {"rng": 1}}}):
+        write_checkpoint(run, state | change)
+        assert "does not fit its own run" in refused(run)
+
+
+def test_decisions_that_are_damaged_or_too_few_are_refused(run):
+    (run / "seal.json").unlink()
+    state = read_checkpoint(run)
+    state["account"]["tally"]["outcomes"]["moved"] += 5
+    write_checkpoint(run, state)
+    assert "of 25 decisions" in refused(run)
+    (run / "decisions.parquet").unlink()
+    assert "does not exist" in refused(run)
+
+
+def test_what_is_no_run_is_not_resumed(tmp_path):
+    with pytest.raises(SclaError, match="no run folder"):
+        resume(tmp_path / "nowhere")
+    with pytest.raises(SclaError, match=r"config\.json does not exist"):
+        resume(tmp_path)
+
+
+OWN = """
+import numpy as np
+from scla_mj.brain import Brain
+from scla_mj.grid import Action
+from scla_mj.signals import Decision
+
+class Plain(Brain):
+    def __init__(self, config, clock):
+        self.rng = np.random.Generator(np.random.PCG64(config.seed))
+    def decide(self, percept):
+        return Decision(Action(int(self.rng.integers(4))))
+    def learn(self, feedback):
+        pass
+
+class Half(Plain):
+    def state(self):
+        return {"rng": self.rng.bit_generator.state}
+
+class Able(Half):
+    def restore(self, state):
+        self.rng.bit_generator.state = state["rng"]
+
+class Wrong(Able):
+    def state(self):
+        return {"cells": {1, 2}}
+
+class Broken(Able):
+    def restore(self, state):
+        raise RuntimeError("no")
+"""
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    (tmp_path / "own_brains_to_resume.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    return lambda name: dataclasses.replace(QUICK, brain=f"own_brains_to_resume:{name}")
+
+
+def test_a_users_brain_with_both_methods_is_resumed(own, tmp_path):
+    resume(stopped(own("Able"), tmp_path / "cut", 20), pictures=False)
+    assert_same_run(whole(own("Able"), tmp_path / "whole"), tmp_path / "cut")
+
+
+@pytest.mark.parametrize("name", ["Plain", "Half"])
+def test_a_users_brain_that_lacks_one_runs_as_ever_but_is_not_resumed(name, own, tmp_path):
+    path = stopped(own(name), tmp_path / "cut", 20)
+    assert not (path / "checkpoint.npz").exists()
+    assert "cannot be resumed: give its class state() and restore()" in refused(path)
+
+
+def test_a_users_mistakes_in_them_are_told_in_a_sentence(own, tmp_path):
+    with pytest.raises(SclaError, match=r"its state\(\) returns what no checkpoint can hold: cells is set"):
+        rollout(own("Wrong"), tmp_path / "wrong", pictures=False, checkpoint_period_s=0.0)
+    path = stopped(own("Broken"), tmp_path / "broken", 20)
+    assert "its restore() raised RuntimeError" in refused(path)
