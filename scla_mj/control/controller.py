@@ -28,6 +28,12 @@ STANDING: Final = 0
 OUTWARD: Final = 1
 BACK: Final = 2
 STARTING: Final = 3
+AGAIN: Final = 4
+"""On the way back to the start as in BACK, but to set out once more."""
+
+FRONT: Final = 1
+REAR: Final = 2
+"""The bits of a motion's touch."""
 
 _STEERING_PER_S: Final = 20.0
 _STEERING_PER_PERIOD: Final = 0.2
@@ -40,20 +46,29 @@ _TYRE_ACCELERATION_M_S2: Final = 2.5
 """What a wheel's rim may gain or lose, turn and drive together: 40 % of what a grip of 3.1 N gives half a kilogram."""
 _REVERSE_COSINE: Final = -0.7071
 """It drives in reverse where its course lies more than 135 degrees off its heading."""
+_TOUCH_MARGIN_M: Final = 0.03
+"""A wall in the way is touched within this, and a period's drive, of where it must be: a tenth of the smallest cell."""
+_FREEING_SPEED_M_S: Final = 0.1
+"""How fast it backs off from a wall that its bumper brushes while it turns."""
+_TIPPING_COSINE: Final = 0.995
+"""Leaning by more than 6 degrees it is about to tip: its wheels roll along until it is down again. Its own
+accelerations lean it by less than 2 degrees."""
 _APPROACH_PER_S: Final = 40.0
 _APPROACH_PER_PERIOD: Final = 0.4
 """Gain of the last approach: 40 a second, or 0.4 of the error a period where periods are long (stability)."""
 
 
 class Motion(NamedTuple):
-    """What the controller is told each period: pose, body speeds, and whether the bumper touched since the last one."""
+    """What the controller is told each period: pose, body speeds, which bumpers touched since the last (FRONT, REAR,
+    both or 0), and the cosine of its lean."""
 
     x_m: float
     y_m: float
     heading_rad: float
     speed_m_s: float
     turn_rate_rad_s: float
-    touched: bool
+    touched: int
+    upright: float = 1.0
 
 
 class Goal(NamedTuple):
@@ -71,6 +86,8 @@ class Gains(NamedTuple):
     period_s: float
     wheel_radius_m: float
     track_m: float
+    front_reach_m: float
+    rear_reach_m: float
     top_rim_speed_m_s: float
     max_speed_m_s: float
     forward_acceleration_m_s2: float
@@ -113,14 +130,18 @@ def make_gains(
     period_s: float,
     wheel_radius_m: float,
     track_m: float,
+    front_reach_m: float,
+    rear_reach_m: float,
     top_wheel_speed_rad_s: float,
     cell_size_m: float,
 ) -> Gains:
-    """Return the gains of a robot with these wheels in cells of this size."""
+    """Return the gains of a robot with these wheels and bumpers in cells of this size."""
     return Gains(
         period_s=period_s,
         wheel_radius_m=wheel_radius_m,
         track_m=track_m,
+        front_reach_m=front_reach_m,
+        rear_reach_m=rear_reach_m,
         top_rim_speed_m_s=top_wheel_speed_rad_s * wheel_radius_m,
         max_speed_m_s=float(config.max_speed_m_s),
         forward_acceleration_m_s2=float(config.forward_acceleration_m_s2),
@@ -166,22 +187,49 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
     if state.phase == STANDING:
         return state, 0.0, 0.0, DRIVING
     if state.phase == OUTWARD and motion.touched:
-        state = aim(BACK, state.course_rad + math.pi, motion.heading_rad, state.aims)
+        state = _touch(state, motion, goal, gains)
     target_x = goal.target_x_m if state.phase == OUTWARD else goal.start_x_m
     target_y = goal.target_y_m if state.phase == OUTWARD else goal.start_y_m
     to_x, to_y = target_x - motion.x_m, target_y - motion.y_m
     ahead = to_x * math.cos(state.course_rad) + to_y * math.sin(state.course_rad)
     if _at_rest_there(state, motion, ahead, gains):
         off = math.hypot(to_x, to_y)
-        if off <= gains.reaim_distance_m or state.aims >= gains.reaim_limit:
+        if state.phase == AGAIN:
+            to_x, to_y = goal.target_x_m - motion.x_m, goal.target_y_m - motion.y_m
+            state, off = aim(OUTWARD, math.atan2(to_y, to_x), motion.heading_rad, state.aims), math.hypot(to_x, to_y)
+        elif off <= gains.reaim_distance_m or state.aims >= gains.reaim_limit:
             return state, 0.0, 0.0, ARRIVED if state.phase == OUTWARD else RETURNED
-        state = aim(state.phase, math.atan2(to_y, to_x), motion.heading_rad, state.aims + 1)
+        else:
+            state = aim(state.phase, math.atan2(to_y, to_x), motion.heading_rad, state.aims + 1)
         ahead = off
     state = _steer(state, motion, ahead, to_x, to_y, gains)
+    if motion.upright < _TIPPING_COSINE:
+        state = _roll_along(state, motion)
     spread = state.turn_rate_rad_s * gains.track_m / 2.0
     room = max(0.0, gains.top_rim_speed_m_s - abs(spread))
     drive = state.direction * min(max(state.speed_m_s, -room), room)
     return state, (drive - spread) / gains.wheel_radius_m, (drive + spread) / gains.wheel_radius_m, DRIVING
+
+
+@njit(inline="always")
+def _touch(state: State, motion: Motion, goal: Goal, gains: Gains) -> State:
+    """Turn back from a wall in the way; after a touch where no such wall can be, set out or aim again."""
+    forwards = state.direction > 0.0
+    facing = motion.heading_rad if forwards else motion.heading_rad + math.pi
+    leads = motion.touched & (FRONT if forwards else REAR)
+    if leads == 0 or abs(wrap_angle(state.course_rad - facing)) >= gains.aligned_rad:
+        return state
+    across_x, across_y = goal.target_x_m - goal.start_x_m, goal.target_y_m - goal.start_y_m
+    length = math.hypot(across_x, across_y)
+    gone = ((motion.x_m - goal.start_x_m) * across_x + (motion.y_m - goal.start_y_m) * across_y) / length
+    surplus = gone - (length / 2.0 - (gains.front_reach_m if forwards else gains.rear_reach_m))
+    margin = _TOUCH_MARGIN_M + gains.max_speed_m_s * gains.period_s
+    if surplus > margin:
+        course = math.atan2(goal.target_y_m - motion.y_m, goal.target_x_m - motion.x_m)
+        return aim(OUTWARD, course, motion.heading_rad, state.aims)
+    if surplus < -margin and state.aims < gains.reaim_limit:
+        return aim(AGAIN, state.course_rad + math.pi, motion.heading_rad, state.aims + 1)
+    return aim(BACK, state.course_rad + math.pi, motion.heading_rad, state.aims)
 
 
 @njit(inline="always")
@@ -208,6 +256,10 @@ def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: 
     forwards, backwards = gains.forward_acceleration_m_s2, gains.backward_acceleration_m_s2
     speeding_up, braking = (forwards, backwards) if state.direction > 0.0 else (backwards, forwards)
     speed, gain = 0.0, gains.approach_per_s
+    if motion.touched != 0:
+        speed = (
+            -state.direction * _FREEING_SPEED_M_S if motion.touched & FRONT else state.direction * _FREEING_SPEED_M_S
+        )
     if abs(error) < gains.aligned_rad:
         speed = braking_speed(ahead_m, gains.max_speed_m_s, braking, gain)
         gain = gains.steering_per_s
@@ -220,3 +272,10 @@ def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: 
     fastest = state.speed_m_s + min(left, speeding_up * gains.period_s)
     speed = min(max(speed, slowest), fastest)
     return State(state.phase, state.course_rad, state.direction, state.aims, speed, turn_rate)
+
+
+@njit(inline="always")
+def _roll_along(state: State, motion: Motion) -> State:
+    """Command the speeds that the body has, so that the wheels pass no force on to it."""
+    along = state.direction * motion.speed_m_s
+    return State(state.phase, state.course_rad, state.direction, state.aims, along, motion.turn_rate_rad_s)

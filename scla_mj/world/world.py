@@ -48,6 +48,7 @@ class World:
         model, data: raw MuJoCo; whoever steps `data` adds the steps to `steps`, which `faults` compares with the time.
         wheel_radius_m, track_m, top_wheel_speed_rad_s: the robot's wheel radius, wheel separation and top wheel speed,
             read from the compiled model.
+        front_reach_m, rear_reach_m: how far its bumpers stand out from the axle.
     """
 
     def __init__(self, grid: Grid, clock: Clock) -> None:
@@ -61,6 +62,11 @@ class World:
         self.steps = 0
         self.wheel_radius_m = float(self.model.geom(names.WHEEL_CONTACTS[0]).size[0])
         self.track_m = float(np.ptp([self.model.body(wheel).pos[1] for wheel in names.WHEELS]))
+        self.front_reach_m, self.rear_reach_m = (
+            abs(float(self.model.body(self.model.geom(bumper).bodyid[0]).pos[0]))
+            + float(self.model.geom(bumper).size[0])
+            for bumper in names.BUMPERS
+        )
         self.top_wheel_speed_rad_s = float(self.model.actuator_ctrlrange[:, 1].min())
         self._physics: Any = None
         self._resting_qpos = self._settle()

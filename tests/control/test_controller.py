@@ -28,6 +28,8 @@ GAINS = make_gains(
     period_s=PERIOD_S,
     wheel_radius_m=RADIUS_M,
     track_m=TRACK_M,
+    front_reach_m=0.066,
+    rear_reach_m=0.112,
     top_wheel_speed_rad_s=25.0,
     cell_size_m=0.30,
 )
