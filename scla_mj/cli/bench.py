@@ -1,7 +1,8 @@
-"""`scla-mj bench`: what a decision costs, beside the bare physics and the bare neurons that it is made of."""
+"""`scla-mj bench`: what a run costs, beside what it is made of, beside other simulators, and as it grows."""
 
 from __future__ import annotations
 
+import functools
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,55 +16,95 @@ from scla_mj.errors import SclaError
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from scla_mj.experiments.bench.rollouts import Cost
+    from scla_mj.experiments.bench.sheet import Sheet
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Time a rollout and its bare parts, interleaved, in CPU time; print medians and ratios."""
+    """Time a run's decisions beside bare physics and bare neurons, in turn; print medians and ratios (2 minutes).
+    --growth, --long, --seeds and --peers measure that instead."""
 
     repetitions: int = 5
-    """Interleaved repetitions; each figure is a median over them."""
+    """Repetitions in turn; each figure is a median over them."""
+    growth: bool = False
+    """Cost against neurons and the floor's size, and an hour without reward (4 minutes)."""
+    long: bool = False
+    """Memory and speed over 30,000 decisions beside 3,000 (3 minutes)."""
+    seeds: bool = False
+    """Two seeds at once beside one after the other; wants two free cores (1 minute)."""
+    peers: Path | None = None
+    """The python of the peers' environment (docs/performance.md): Brian2, NEST and numpy run the same network; their
+    spike trains must be ours (1 minute)."""
     json: Path | None = None
     """File to write the figures to as well; refused if it exists."""
+    out: Path | None = None
+    """Folder for the tables as CSV and the pictures; nothing there is overwritten."""
+    into: Path | None = None
+    """Markdown page whose tables, each between <!-- bench: NAME --> and <!-- end -->, are replaced by the new ones."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")] = field(
         default_factory=lambda: RunConfig(epochs=1, decisions=1000)
     )
 
     def run(self) -> int:
-        """Print the table; return the exit code."""
+        """Print the tables; return the exit code."""
         from rich.console import Console
-        from rich.progress import track
+        from rich.progress import Progress
 
-        from scla_mj.experiments.bench.rollouts import measure
+        from scla_mj.experiments.bench import suites
+
+        names = self._suites()
+        self._check(names)
+        order = suites.Order(self.config, self.repetitions, self.peers)
+        console, sheets = Console(), []
+        for name in names:
+            suite = suites.SUITES[name]
+            with Progress(console=Console(stderr=True), transient=True) as bar:
+                task = bar.add_task(name, total=suite.ticks(order))
+                result = suite.run(order, functools.partial(bar.advance, task))
+            for sheet in result.sheets:
+                console.print(_table(sheet))
+            if self.out is not None:
+                suites.write(self.out, result)
+            sheets += result.sheets
+        console.print(f"machine: {suites.machine()}")
+        self._write(sheets, suites.machine())
+        return 0
+
+    def _suites(self) -> list[str]:
+        wanted = {"growth": self.growth, "long": self.long, "seeds": self.seeds, "peers": self.peers is not None}
+        return [name for name, chosen in wanted.items() if chosen] or ["rollout"]
+
+    def _check(self, names: list[str]) -> None:
+        """Refuse whatever cannot be measured or written, before minutes are spent."""
+        from scla_mj.experiments.bench import suites
 
         if self.repetitions < 1:
             raise SclaError(f"--repetitions is {self.repetitions}: it must be 1 or more")
         if self.json is not None and self.json.exists():
             raise SclaError(f"{self.json} exists already: choose another file")
+        if self.into is not None and not self.into.is_file():
+            raise SclaError(f"--into {self.into} is no file: name a Markdown page")
+        if self.out is not None:
+            suites.require_room(self.out, names)
         self.config.check()
-        bar = iter(track(range(self.repetitions + 1), "repetitions", console=Console(stderr=True)))
-        next(bar)
-        cost = measure(self.config, repetitions=self.repetitions, watch=lambda: next(bar, None))
-        Console().print(_table(self.config, cost))
+
+    def _write(self, sheets: list[Sheet], machine: str) -> None:
+        from scla_mj.experiments.bench.sheet import replace_tables
+
         if self.json is not None:
-            self.json.write_text(json.dumps(cost._asdict(), indent=2) + "\n", encoding="utf-8")
-        return 0
+            figures = {"machine": machine, **{sheet.key: sheet.values for sheet in sheets}}
+            self.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+        if self.into is not None:
+            page = self.into.read_text(encoding="utf-8")
+            self.into.write_text(replace_tables(page, sheets, machine=machine), encoding="utf-8")
 
 
-def _table(config: RunConfig, cost: Cost) -> Table:
+def _table(sheet: Sheet) -> Table:
     from rich.table import Table
 
-    decisions = config.epochs * config.decisions
-    table = Table(title=f"CPU time of {decisions} decisions, {config.protocol}")
-    table.add_column("what")
-    table.add_column("ms a decision", justify="right")
-    table.add_column("over bare parts", justify="right")
-    table.add_row("bare mj_step, its controls replayed", f"{cost.physics:.3f}", "")
-    table.add_row("bare network kernel, its inputs replayed", f"{cost.network:.3f}", "")
-    for telemetry in ("off", "light", "full"):
-        table.add_row(
-            f"whole rollout, telemetry {telemetry}", f"{getattr(cost, telemetry):.3f}", f"{cost.ratio(telemetry):.2f}"
-        )
-    table.caption = f"network: {cost.network_us_per_step:.2f} us a neural step"
+    table = Table(title=sheet.title, caption=sheet.note)
+    for number, name in enumerate(sheet.header):
+        table.add_column(name, justify="right" if number else "left")
+    for row in sheet.rows:
+        table.add_row(*row)
     return table

@@ -85,7 +85,7 @@ def _environment(world: World, steps: int, period_s: float) -> Any:
     physics = world.physics  # imports dm_control without a display
     from dm_control.rl import control
 
-    class Replay(control.Task):
+    class Replay(control.Task):  # type: ignore[misc]  # dm_control has no types
         """Sets the commands it is given, and observes pose and speeds."""
 
         def initialize_episode(self, physics: Any) -> None:
@@ -109,9 +109,7 @@ def _environment(world: World, steps: int, period_s: float) -> Any:
             """Return nothing: what is timed is the stepping."""
             return 0.0
 
-    environment = control.Environment(
-        physics, Replay(), control_timestep=period_s, n_sub_steps=None, legacy_step=False
-    )
+    environment = control.Environment(physics, Replay(), control_timestep=period_s, n_sub_steps=None, legacy_step=False)
     assert environment._n_sub_steps == steps
     environment.reset()
     return environment

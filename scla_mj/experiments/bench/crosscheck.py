@@ -1,8 +1,8 @@
 """Our float64 spike train against that of independent simulators: identical, or the bench ends with a sentence.
 
-The conditions: no noise; weights and inputs are multiples of 2**-10, so that their sums are exact in any order; the same
-start. With plasticity the weights are no longer such multiples: Brian2 and numpy still give the same spikes, and weights
-within 1e-12. NEST pairs spikes a step apart from the others and is compared without plasticity only.
+The conditions: no noise; weights and inputs are multiples of 2**-10, so that their sums are exact in any order; the
+same start. With plasticity the weights are no longer such multiples: Brian2 and numpy still give the same spikes, and
+weights within 1e-12. NEST pairs spikes a step apart from the others and is compared without plasticity only.
 """
 
 from __future__ import annotations
@@ -86,11 +86,14 @@ def require_same(peer: str, check: Check, ours: Train, theirs: Train) -> float:
         )
     if len(ours.step) != len(theirs.step):
         raise SclaError(
-            f"{peer}, {check.name}: {len(theirs.step)} spikes, ours {len(ours.step)}: the bench compares different networks"
+            f"{peer}, {check.name}: {len(theirs.step)} spikes, ours {len(ours.step)}: "
+            "the bench compares different networks"
         )
     apart = float(np.abs(ours.weights - theirs.weights).max())
     if not apart <= _WEIGHT_TOLERANCE:
-        raise SclaError(f"{peer}, {check.name}: a weight differs by {apart:.1e}: it must be at most {_WEIGHT_TOLERANCE}")
+        raise SclaError(
+            f"{peer}, {check.name}: a weight differs by {apart:.1e}: it must be at most {_WEIGHT_TOLERANCE}"
+        )
     return apart
 
 
@@ -118,8 +121,6 @@ def _input(check: Check, release: float, rng: np.random.Generator) -> Workload:
     return Workload(_multiples(rng, (chunks, NEURON_COUNT), 0.0, 12.0), releases)
 
 
-def _multiples(
-    rng: np.random.Generator, shape: tuple[int, ...], low: float, high: float
-) -> NDArray[np.float64]:
+def _multiples(rng: np.random.Generator, shape: tuple[int, ...], low: float, high: float) -> NDArray[np.float64]:
     drawn: NDArray[np.float64] = rng.integers(int(low * _UNIT), int(high * _UNIT), shape) / _UNIT
     return drawn

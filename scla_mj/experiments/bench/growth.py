@@ -20,7 +20,7 @@ FLOORS: Final = (5, 10, 20, 50)
 _TEN_TIMES_TARGET: Final = 12.0
 _GRID_TARGET: Final = 1.10
 _UNREWARDED_TARGET: Final = 1.10
-_HOUR_S: Final = 3600
+HOUR_S: Final = 3600
 
 
 class Point(NamedTuple):
@@ -95,7 +95,7 @@ def floors_sheet(points: Sequence[Point]) -> Sheet:
     )
 
 
-def unrewarded(config: RunConfig, *, watch: Watch, seconds: int = _HOUR_S) -> Sheet:
+def unrewarded(config: RunConfig, *, watch: Watch, seconds: int = HOUR_S) -> Sheet:
     """Time an hour of network time without reward beside a rewarded one, a minute of each in turn."""
     minutes = max(seconds // 60, 1)
     work = _rewarded(config, seconds=min(seconds, 60))

@@ -1,4 +1,4 @@
-"""Where a network ms goes: the kernel's parts timed one by one, beside the floor that is 1000 neurons and their noise."""
+"""Where a network ms goes: the kernel's parts one by one, beside the floor that is 1000 neurons and their noise."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _CALLS: Final = 5000
 
 
 class Parts(NamedTuple):
-    """Microseconds. `floor`, `neurons`, `decay`, `settle`, `whole`, `chunked`: a network ms. `sensory`, `motor`: a spike.
+    """Microseconds a network ms, or a spike for `sensory` and `motor`.
 
     `floor`: 1000 bare neuron updates with noise, one fused loop. `settle` is called once a stretch and counted by the
     ms. `whole`: the compiled kernel alone; `chunked`: the same through `Network.run`, as the brain calls it.
@@ -81,14 +81,16 @@ def sheet(parts: Parts) -> Sheet:
         rows.append((name, f"{cost:.2f}", f"{cost / parts.floor:.2f}", ""))
     rows.append(("the kernel, whole", f"{parts.whole:.2f}", f"{parts.whole / parts.floor:.2f}", ""))
     target = against(parts.over_floor, _TARGET)
-    rows.append(("the network, input and read-out every 50 ms", f"{parts.chunked:.2f}", f"{parts.over_floor:.2f}", target))
+    rows.append(
+        ("the network, input and read-out every 50 ms", f"{parts.chunked:.2f}", f"{parts.over_floor:.2f}", target)
+    )
     return Sheet(
         "network",
         "CPU time of a network ms",
         ("what", "us a network ms", "over the floor", "target"),
         tuple(rows),
-        f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, {parts.motor_spikes:.2f} motor "
-        f"spikes at {parts.motor:.3f} us. One sensory population is driven, dopamine comes once a second.",
+        f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, {parts.motor_spikes:.2f} "
+        f"motor spikes at {parts.motor:.3f} us. One sensory population is driven, dopamine comes once a second.",
         {**parts._asdict(), "over_floor": parts.over_floor},
     )
 
@@ -127,7 +129,8 @@ def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
 
 def _copy(state: NetworkState) -> NetworkState:
     fired = state.fired.copy()
-    return NetworkState(*(values.copy() for values in state))._replace(fired=fired, fired_octets=fired.view(np.uint64))
+    arrays: dict[str, Any] = {name: values.copy() for name, values in state._asdict().items()}
+    return NetworkState(**arrays)._replace(fired=fired, fired_octets=fired.view(np.uint64))
 
 
 def _stirred(network: Network) -> NetworkState:

@@ -131,7 +131,7 @@ def two_seeds(config: RunConfig, *, repetitions: int, watch: Watch) -> Sheet:
 
 def _start_sheet(medians: dict[str, Took]) -> Sheet:
     targets = dict(zip(medians, (_HELP_TARGET_S, _WARM_TARGET_S, _COLD_TARGET_S), strict=False))
-    rows, values = [], {}
+    rows, values = [], dict[str, float]()
     for name, took in medians.items():
         target = against(took.wall_s, targets[name]) if name in targets else ""
         rows.append((name, f"{took.wall_s:.2f}", f"{took.cpu_s:.2f}", target))
@@ -151,7 +151,9 @@ def _median(tooks: Sequence[Took]) -> Took:
 
 
 def _first_decision(cache: Path | None) -> Took:
-    found = _ask("first", {"config": dataclasses.asdict(RunConfig(epochs=1, decisions=1)), "started_s": time.time()}, cache)
+    found = _ask(
+        "first", {"config": dataclasses.asdict(RunConfig(epochs=1, decisions=1)), "started_s": time.time()}, cache
+    )
     return Took(found["wall_s"], found["cpu_s"])
 
 

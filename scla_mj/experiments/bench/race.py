@@ -33,7 +33,7 @@ _LABELS: Final = {
 }
 _KINDS: Final = ("sensory", "motor", "inhibitory")
 _RATE_TOLERANCE: Final = 0.1
-"""Rates may differ by this much: NEST's noise is Gaussian and its pairing a step apart, and all draw their own noise."""
+"""Rates may differ by this much: NEST's noise is Gaussian, its pairing a step apart, and all draw their own noise."""
 _NETWORK_MS: Final = 1000
 _STARTED_S: Final = 600.0
 """Brian2 compiles for a minute; ten mean that something is wrong."""
@@ -51,7 +51,7 @@ class Peer:
 
     def __init__(self, python: Path, name: str, job: Path) -> None:
         self.name = name
-        self._complaints: IO[str] = tempfile.TemporaryFile("w+")  # noqa: SIM115: closed on leaving the block
+        self._complaints: IO[str] = tempfile.TemporaryFile("w+")  # noqa: SIM115 (closed on leaving)
         started_s = time.perf_counter()
         self._process = start_worker(python, [name, str(job)], self._complaints)
         self._answer()
@@ -125,8 +125,8 @@ def race_sheet(rounds: Mapping[str, Sequence[Round]], set_up_s: Mapping[str, flo
         "CPU time of a network ms, plasticity and noise on, input and read-out every 50 ms",
         header,
         tuple(rows),
-        "In turn, a second of network time each, float32 (NEST: float64), one thread. Set-up: wall-clock time until the "
-        "first step, compilation included.",
+        "In turn, a second of network time each, float32 (NEST: float64), one thread. Set-up: wall-clock time until "
+        "the first step, compilation included.",
         {f"{name}, us a network ms": value for name, value in cost.items()},
     )
 

@@ -66,12 +66,10 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Cost:
     return derive(seconds, sizes, decisions=decisions, network_ms=tape.network_ms, spikes=tape.spikes)
 
 
-def derive(
-    seconds: dict[str, float], sizes: dict[str, int], *, decisions: int, network_ms: int, spikes: int
-) -> Cost:
+def derive(seconds: dict[str, float], sizes: dict[str, int], *, decisions: int, network_ms: int, spikes: int) -> Cost:
     """Turn the contenders' CPU seconds and the recordings' sizes into costs a decision; see `measure`."""
     more = max(decisions - 1, 1)
-    decision = {name: 1000.0 * (seconds[name] - seconds[f"one {name}"]) / more for name in TELEMETRY}
+    decision: dict[str, float] = {name: 1000.0 * (seconds[name] - seconds[f"one {name}"]) / more for name in TELEMETRY}
     return Cost(
         decisions=decisions,
         network_ms=network_ms / decisions,
@@ -115,7 +113,7 @@ def _cost_sheet(cost: Cost) -> Sheet:
         ("what", "ms a decision", "over bare parts", "target", "fixed ms a run", "over bare parts, fixed included"),
         tuple(rows),
         f"{cost.network_ms:.0f} ms of network time a decision; {1000.0 / cost.decision['light']:.0f} decisions a CPU "
-        "second at telemetry light. Fixed: building the world, letting the robot settle, opening and closing the files.",
+        "second at telemetry light. Fixed: building the world, letting the robot settle, opening and closing files.",
         values,
     )
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
+import re
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
+
+from scla_mj.errors import SclaError
 
 
 class Sheet(NamedTuple):
@@ -32,10 +36,29 @@ def comma_separated(sheet: Sheet) -> str:
     return text.getvalue()
 
 
+def replace_tables(text: str, sheets: Sequence[Sheet], *, machine: str) -> str:
+    """Return a Markdown page with these tables, each between its `<!-- bench: KEY -->` and the next `<!-- end -->`.
+
+    Raises:
+        SclaError: the page has no such place for one of them.
+    """
+    for sheet in sheets:
+        place = re.compile(rf"(<!-- bench: {re.escape(sheet.key)} -->\n).*?(<!-- end -->)", re.DOTALL)
+        table = f"{markdown(sheet)}\nMeasured on {machine}.\n"
+        text, found = place.subn(_between(table), text)
+        if not found:
+            raise SclaError(f"the page has no line <!-- bench: {sheet.key} --> with <!-- end --> behind it")
+    return text
+
+
 def against(value: float, target: float, *, at_least: bool = False) -> str:
     """Say whether a figure reaches its target."""
     reached = value >= target if at_least else value <= target
     return f"{'at least' if at_least else 'at most'} {target:g}: {'reached' if reached else 'missed'}"
+
+
+def _between(table: str) -> Callable[[re.Match[str]], str]:
+    return lambda match: f"{match[1]}{table}{match[2]}"
 
 
 def _line(cells: tuple[str, ...]) -> str:

@@ -142,9 +142,7 @@ def replay_physics(world: World, tape: Tape, steps_a_period: int) -> None:
     for state, attempts in tape.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
-            _step_through(
-                world.model._address, world.data._address, world.data.ctrl, attempt.commands, steps_a_period
-            )
+            _step_through(world.model._address, world.data._address, world.data.ctrl, attempt.commands, steps_a_period)
 
 
 @njit(nogil=True)

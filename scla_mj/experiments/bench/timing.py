@@ -24,8 +24,8 @@ def nothing() -> None:
 def median_cpu_s(contenders: Mapping[str, Contender], *, repetitions: int, watch: Watch) -> dict[str, float]:
     """Return each contender's median CPU seconds over interleaved repetitions.
 
-    `watch` is called after each repetition. One repetition more is run first, which warms caches and compilers up and is
-    not counted.
+    `watch` is called after each repetition. One repetition more is run first, which warms caches and compilers up and
+    is not counted.
     """
     samples: dict[str, list[float]] = {name: [] for name in contenders}
     for repetition in range(repetitions + 1):

@@ -1,8 +1,9 @@
-"""The network in Brian2 (Cython), in its best form for a loop: ONE `run`, with input and read-out in a network operation.
+"""The network in Brian2 (Cython), in its best form for a loop: ONE `run`, and a network operation for input and output.
 
-Calling `run(50 ms)` in a loop costs twenty times as much. Eligibility and weights of all synapses are updated by numpy in
-a network operation on Brian2's own arrays: that costs less than half of what `run_regularly` does. The order of the work inside a step is that of docs/model.md:
-`run_regularly` in the slots `groups` and `synapses`, synaptic delays of zero, resets after the synapses.
+Calling `run(50 ms)` in a loop costs twenty times as much. Eligibility and weights of all synapses are updated by numpy
+in a network operation on Brian2's own arrays: that costs less than half of what `run_regularly` does. The order of the
+work inside a step is that of docs/model.md: `run_regularly` in the slots `groups` and `synapses`, synaptic delays of
+zero, resets after the synapses.
 """
 
 from __future__ import annotations
@@ -142,8 +143,7 @@ def _fixed(job: Any, neurons: Any) -> Any:
     return synapses
 
 
-def _spikes(job: Any, monitor: Any, synapses: Any) -> Any:
-    from worker import Spikes
-
+def _spikes(job: Any, monitor: Any, synapses: Any) -> dict[str, Any]:
     weights = np.asarray(synapses.w).reshape(job.weights.shape)
-    return Spikes(np.rint(monitor.t / ms).astype(np.int64), np.asarray(monitor.i), weights)
+    step = np.rint(monitor.t / ms).astype(np.int64)
+    return {"step": step, "neuron": np.asarray(monitor.i), "weights": weights}

@@ -52,8 +52,6 @@ def _record(job: Any, exchange: Any, everyone: Any, recorder: Any) -> Any:
     So the input comes as a spike a millisecond with the input as its weight; it is sent a step before it acts, and so
     the network is a millisecond late.
     """
-    from worker import Spikes
-
     clock = nest.Create("spike_generator", params={"spike_times": np.arange(1.0, len(job.drives) * job.chunk_ms + 1.0)})
     nest.Connect(clock, everyone, syn_spec={"delay": _DELAY_MS})
     inputs = nest.GetConnections(clock)
@@ -75,7 +73,7 @@ def _record(job: Any, exchange: Any, everyone: Any, recorder: Any) -> Any:
     neuron = events["senders"] - everyone[0].global_id
     order = np.lexsort((neuron, step))
     order = order[step[order] >= 0]
-    return Spikes(step[order], neuron[order], job.weights)
+    return {"step": step[order], "neuron": neuron[order], "weights": job.weights}
 
 
 def _neurons(job: Any) -> list[Any]:

@@ -41,14 +41,6 @@ class Job(NamedTuple):
     record: bool
 
 
-class Spikes(NamedTuple):
-    """Every spike of a recorded job in the order of time, its step from 0 and its neuron; and the weights at the end."""
-
-    step: Any
-    neuron: Any
-    weights: Any
-
-
 class Rounds:
     """Hands out the job's stretches, and stands still between two rounds until the bench asks for the next."""
 
@@ -104,8 +96,8 @@ def main(peer: str, job_file: str, result_file: str | None = None) -> None:
     if result_file is None:
         simulator.simulate(job, Rounds(job, chunks_a_round=chunks_a_round, reply=reply))
         return
-    spikes: Spikes = simulator.simulate(job, Rounds(job, chunks_a_round=chunks_a_round, reply=None))
-    np.savez(result_file, step=spikes.step, neuron=spikes.neuron, weights=spikes.weights)
+    # Every spike in the order of time, `step` from 0 and `neuron`; and the `weights` at the end.
+    np.savez(result_file, **simulator.simulate(job, Rounds(job, chunks_a_round=chunks_a_round, reply=None)))
 
 
 if __name__ == "__main__":
