@@ -19,10 +19,10 @@ from scla_mj.world.world import World
 
 _MOVE_TARGET: Final = 1.10
 _WHAT: Final = {
-    "bare": "bare mj_step in C, the commands replayed",
-    "moves": "our moves: sense, control, step, judge",
-    "python": "plain Python: pose read, commands set, mj_step every period",
-    "dm_control": "dm_control control.Environment, the same",
+    "bare": "bare mj_step, from C",
+    "moves": "our moves, controller and all",
+    "python": "mj_step, from a Python loop",
+    "dm_control": "dm_control Environment",
 }
 
 
@@ -62,9 +62,10 @@ def _sheet(seconds: dict[str, float], tape: Tape, *, decisions: int) -> Sheet:
     return Sheet(
         "move",
         "CPU time of a move",
-        ("what", "ms a decision", "us a control period", "over bare", "target"),
+        ("what", "ms", "us a period", "over bare", "target"),
         tuple(rows),
-        "A decision's physics: it stands for the thinking window and drives. All end in the same state, bit for bit.",
+        "A decision's physics, thinking window and drive, in control periods under the same commands. The loop and the "
+        "environment read the pose and set the commands each period. All end in the same state, bit for bit.",
         values,
     )
 

@@ -41,7 +41,7 @@ class Check(NamedTuple):
 
 CHECKS: Final = (
     Check("no plasticity", ("numpy", "brian2", "nest"), 2, False),
-    Check("plasticity and dopamine", ("numpy", "brian2"), 5, True),
+    Check("with plasticity", ("numpy", "brian2"), 5, True),
 )
 
 
@@ -105,8 +105,8 @@ def sheet(found: list[tuple[str, Check, int, float]]) -> Sheet:
     )
     return Sheet(
         "crosscheck",
-        "Spike trains of independent simulators, float64, against ours",
-        ("peer", "network", "time", "spikes", "spike train", "largest difference of a weight"),
+        "Spike trains of other simulators against ours, float64",
+        ("peer", "network", "time", "spikes", "train", "weights apart"),
         rows,
         "No noise, input changing every 50 ms, weights and inputs multiples of 2^-10. A difference ends the bench.",
         {f"{peer}, {check.name}, spikes": float(spikes) for peer, check, spikes, _ in found},

@@ -46,12 +46,12 @@ class Parts(NamedTuple):
         """Microseconds a network ms of every part; the rest is the difference, and together they are the whole."""
         known = {
             "neurons and noise": self.neurons,
-            "decay of traces and dopamine": self.decay,
+            "decay": self.decay,
             "sensory spikes": self.sensory * self.sensory_spikes,
             "motor spikes": self.motor * self.motor_spikes,
             "settle": self.settle,
         }
-        return {**known, "rest: spike lists, inhibition": self.whole - sum(known.values())}
+        return {**known, "rest": self.whole - sum(known.values())}
 
     @property
     def over_floor(self) -> float:
@@ -76,21 +76,20 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Parts:
 
 def sheet(parts: Parts) -> Sheet:
     """Return the table."""
-    rows = [("floor: 1000 bare neuron updates with noise", f"{parts.floor:.2f}", "1.00", "")]
+    rows = [("floor: 1000 bare neurons, noise", f"{parts.floor:.2f}", "1.00", "")]
     for name, cost in parts.shares.items():
         rows.append((name, f"{cost:.2f}", f"{cost / parts.floor:.2f}", ""))
-    rows.append(("the kernel, whole", f"{parts.whole:.2f}", f"{parts.whole / parts.floor:.2f}", ""))
+    rows.append(("kernel", f"{parts.whole:.2f}", f"{parts.whole / parts.floor:.2f}", ""))
     target = against(parts.over_floor, _TARGET)
-    rows.append(
-        ("the network, input and read-out every 50 ms", f"{parts.chunked:.2f}", f"{parts.over_floor:.2f}", target)
-    )
+    rows.append(("network, 50 ms at a time", f"{parts.chunked:.2f}", f"{parts.over_floor:.2f}", target))
     return Sheet(
         "network",
         "CPU time of a network ms",
         ("what", "us a network ms", "over the floor", "target"),
         tuple(rows),
         f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, {parts.motor_spikes:.2f} "
-        f"motor spikes at {parts.motor:.3f} us. One sensory population is driven, dopamine comes once a second.",
+        f"motor spikes at {parts.motor:.3f} us. Rest: what the kernel takes beyond these (spike lists, inhibition). "
+        "One sensory population is driven, dopamine comes once a second, input and read-out every 50 ms.",
         {**parts._asdict(), "over_floor": parts.over_floor},
     )
 

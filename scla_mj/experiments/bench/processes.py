@@ -48,9 +48,9 @@ def start_up(*, repetitions: int, watch: Watch) -> Sheet:
         with tempfile.TemporaryDirectory() as folder:
             for name, took in (
                 ("scla-mj --help", _run([*_COMMAND, "--help"])),
-                ("first decision, compiled before", _first_decision(None)),
-                ("first decision, empty cache of compiled code", _first_decision(Path(folder) / "cache")),
-                ("scla-mj rollout, one decision, figures drawn", _one_decision(Path(folder) / "run")),
+                ("first decision, warm", _first_decision(None)),
+                ("first decision, cold", _first_decision(Path(folder) / "cache")),
+                ("rollout of one decision", _one_decision(Path(folder) / "run")),
             ):
                 samples.setdefault(name, []).append(took)
         watch()
@@ -139,9 +139,10 @@ def _start_sheet(medians: dict[str, Took]) -> Sheet:
     return Sheet(
         "start",
         "Start-up, from the start of the process",
-        ("what", "s on the wall", "s of CPU", "target (wall)"),
+        ("what", "wall s", "CPU s", "target (wall)"),
         tuple(rows),
-        "Telemetry light. An empty cache means that numba compiles everything.",
+        "Warm: compiled by an earlier process. Cold: with an empty cache of compiled code. Telemetry light; the "
+        "rollout of one decision draws its figures.",
         values,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import statistics
 import subprocess
 import tempfile
@@ -27,9 +28,9 @@ from scla_mj.experiments.bench.workload import CHUNKS_A_SECOND, Workload, build_
 _TARGETS: Final = {"brian2": 25.0, "nest": 70.0, "numpy": 20.0}
 _LABELS: Final = {
     "ours": "scla_mj",
-    "numpy": "numpy, every synapse every ms",
-    "brian2": "Brian2, Cython, one run",
-    "nest": "NEST, stdp_dopamine_synapse",
+    "numpy": "numpy",
+    "brian2": "Brian2 (Cython)",
+    "nest": "NEST",
 }
 _KINDS: Final = ("sensory", "motor", "inhibitory")
 _RATE_TOLERANCE: Final = 0.1
@@ -51,19 +52,22 @@ class Peer:
 
     def __init__(self, python: Path, name: str, job: Path) -> None:
         self.name = name
-        self._complaints: IO[str] = tempfile.TemporaryFile("w+")  # noqa: SIM115 (closed on leaving)
-        started_s = time.perf_counter()
-        self._process = start_worker(python, [name, str(job)], self._complaints)
-        self._answer()
-        self.set_up_s = time.perf_counter() - started_s
+        self.set_up_s = math.nan
+        self._python, self._job = python, job
 
     def __enter__(self) -> Self:
+        started_s = time.perf_counter()
+        with ExitStack() as stack:
+            self._complaints = stack.enter_context(tempfile.TemporaryFile("w+"))
+            self._process = start_worker(self._python, [self.name, str(self._job)], self._complaints)
+            stack.callback(_end, self._process)
+            self._answer()
+            self._leave = stack.pop_all().close
+        self.set_up_s = time.perf_counter() - started_s
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._process.kill()
-        self._process.communicate()
-        self._complaints.close()
+        self._leave()
 
     def round(self) -> Round:
         """Run a second of network time."""
@@ -116,17 +120,18 @@ def race_sheet(rounds: Mapping[str, Sequence[Round]], set_up_s: Mapping[str, flo
         ratio = cost[name] / cost["ours"]
         target = against(ratio, _TARGETS[name], at_least=True) if name in _TARGETS else ""
         seconds = len(rounds[name])
-        rates = [f"{spikes / seconds:,.0f}" for spikes in total(rounds[name])]
+        rates = " / ".join(f"{spikes / seconds:.0f}" for spikes in total(rounds[name]))
         set_up = f"{set_up_s[name]:.1f}" if name in set_up_s else ""
-        rows.append((label, f"{cost[name]:.2f}", f"{ratio:.1f}", target, *rates, set_up))
-    header = ("what", "us a network ms", "over ours", "target", *(f"{kind} spikes a s" for kind in _KINDS), "set-up s")
+        rows.append((label, f"{cost[name]:.2f}", f"{ratio:.1f}", target, rates, set_up))
+    header = ("what", "us a network ms", "over ours", "target", "S / M / I spikes a s", "set-up s")
     return Sheet(
         "peers",
-        "CPU time of a network ms, plasticity and noise on, input and read-out every 50 ms",
+        "CPU time of a network ms in other simulators",
         header,
         tuple(rows),
-        "In turn, a second of network time each, float32 (NEST: float64), one thread. Set-up: wall-clock time until "
-        "the first step, compilation included.",
+        "In turn, a second of network time each, one thread, float32 (NEST: float64). Spikes of all sensory, motor and "
+        "inhibitory neurons. Set-up: wall-clock time until "
+        "the first step. Plasticity and noise on, input and read-out every 50 ms.",
         {f"{name}, us a network ms": value for name, value in cost.items()},
     )
 
@@ -167,6 +172,11 @@ def start_worker(python: Path, arguments: list[str], complaints: IO[str]) -> sub
         )
     except OSError as error:
         raise SclaError(f"--peers {python} cannot be started: {error.strerror}; name the peers' own python") from error
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    process.kill()
+    process.communicate()
 
 
 def complaint(name: str, complaints: IO[str]) -> str:

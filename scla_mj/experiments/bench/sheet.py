@@ -54,7 +54,7 @@ def replace_tables(text: str, sheets: Sequence[Sheet], *, machine: str) -> str:
 def against(value: float, target: float, *, at_least: bool = False) -> str:
     """Say whether a figure reaches its target."""
     reached = value >= target if at_least else value <= target
-    return f"{'at least' if at_least else 'at most'} {target:g}: {'reached' if reached else 'missed'}"
+    return f"{'≥' if at_least else '≤'} {target:g} {'met' if reached else 'missed'}"
 
 
 def _between(table: str) -> Callable[[re.Match[str]], str]:

@@ -1,0 +1,121 @@
+"""The peers: an unequal spike train, weight or rate ends the bench; the numpy peer is our network, spike for spike."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scla_mj.cli.main import main
+from scla_mj.config import PlasticityConfig, RunConfig
+from scla_mj.errors import SclaError
+from scla_mj.experiments.bench import crosscheck, race, workload
+from scla_mj.experiments.bench.crosscheck import Check, Train, prepare, read_train, require_same
+from scla_mj.experiments.bench.job import write_job
+from scla_mj.experiments.bench.peers import REQUIREMENTS, WORKER
+from scla_mj.experiments.bench.race import Round
+
+HALF_A_SECOND = Check("half a second", ("numpy",), 1, True)
+
+
+@pytest.fixture(scope="module")
+def trains(tmp_path_factory):
+    """Ours, and what the numpy peer wrote in a process of its own."""
+    folder = tmp_path_factory.mktemp("peer")
+    ours = prepare(HALF_A_SECOND, folder / "job.npz", PlasticityConfig(), seed=3)
+    with (folder / "complaints").open("w+") as complaints:
+        arguments = ["numpy", str(folder / "job.npz"), str(folder / "result.npz")]
+        process = race.start_worker(Path(sys.executable), arguments, complaints)
+        process.communicate(timeout=60)
+    assert process.returncode == 0
+    return ours, read_train(folder / "result.npz")
+
+
+def test_the_numpy_peer_gives_our_spikes_and_weights(trains):
+    ours, theirs = trains
+    assert len(ours.step) > 5000
+    assert np.abs(ours.weights - 1.0).max() > 0.5
+    assert require_same("numpy", HALF_A_SECOND, ours, theirs) < 1e-12
+
+
+def test_one_spike_a_millisecond_late_is_refused(trains):
+    ours, theirs = trains
+    step = theirs.step.copy()
+    step[1234] += 1
+    with pytest.raises(SclaError, match="spike 1234 is of neuron"):
+        require_same("numpy", HALF_A_SECOND, ours, theirs._replace(step=step))
+
+
+def test_a_missing_last_spike_is_refused(trains):
+    ours, theirs = trains
+    shorter = Train(theirs.step[:-1], theirs.neuron[:-1], theirs.weights)
+    with pytest.raises(SclaError, match=f"{len(ours.step) - 1} spikes, ours {len(ours.step)}"):
+        require_same("numpy", HALF_A_SECOND, ours, shorter)
+
+
+@pytest.mark.parametrize("wrong", [1e-11, np.nan])
+def test_a_weight_that_is_off_by_1e_11_is_refused(trains, wrong):
+    ours, theirs = trains
+    weights = theirs.weights.copy()
+    weights[7, 99, 99] += wrong
+    with pytest.raises(SclaError, match="a weight differs"):
+        require_same("numpy", HALF_A_SECOND, ours, theirs._replace(weights=weights))
+
+
+def test_unequal_rates_are_refused():
+    equal = {"ours": (1000, 2000, 500), "numpy": (1090, 1900, 500)}
+    race.require_same_rates(equal)
+    with pytest.raises(SclaError, match="2300 spikes of motor neurons, ours 2000"):
+        race.require_same_rates({**equal, "numpy": (1000, 2300, 500)})
+    with pytest.raises(SclaError, match="0 spikes of sensory neurons"):
+        race.require_same_rates({**equal, "numpy": (0, 2000, 500)})
+
+
+def test_the_race_is_judged_by_medians_without_the_first_round():
+    def rounds(cpu_s):
+        return [Round(9.0, (1, 1, 1)), *(Round(seconds, (1, 1, 1)) for seconds in cpu_s)]
+
+    timed = {"ours": rounds([0.004, 0.005, 0.004]), "numpy": rounds([0.1, 0.1, 0.3])}
+    timed |= {"brian2": rounds([0.08, 0.09, 0.08]), "nest": rounds([0.3, 0.3, 0.3])}
+    sheet = race.race_sheet(timed, {"numpy": 0.2, "brian2": 30.0, "nest": 0.5})
+    assert sheet.values["ours, us a network ms"] == pytest.approx(4.0)
+    verdicts = {row[0]: row[2:4] for row in sheet.rows}
+    assert verdicts["numpy"] == ("25.0", "≥ 20 met")
+    assert verdicts["Brian2 (Cython)"] == ("20.0", "≥ 25 missed")
+
+
+def test_a_peer_runs_rounds_in_turn_and_leaves_no_process(tmp_path):
+    config = RunConfig()
+    network = workload.build_network(config.network, config.plasticity, seed=0)
+    work = workload.rewarded(20, drive=8.0, release=0.5, rng=np.random.Generator(np.random.PCG64(0)))
+    job = tmp_path / "job.npz"
+    write_job(job, config.network, config.plasticity, network.weights, work, plastic=True, record=False)
+    with race.Peer(Path(sys.executable), "numpy", job) as peer:
+        first, second = peer.round(), peer.round()
+    assert peer._process.poll() is not None
+    assert first.cpu_s > 0
+    own = race._by_kind(workload.run_chunks(network, work).tolist())
+    assert first.spikes == pytest.approx(own, rel=0.1)
+    assert second.spikes != first.spikes
+
+
+def test_the_peers_import_nothing_of_ours():
+    for file in WORKER.parent.glob("[!_]*.py"):
+        text = file.read_text(encoding="utf-8")
+        assert "import scla_mj" not in text
+        assert "from scla_mj" not in text
+    assert "numpy" in REQUIREMENTS.read_text(encoding="utf-8")
+
+
+def test_a_python_without_the_peers_is_refused_in_a_sentence(tmp_path, capsys, monkeypatch):
+    assert main(["bench", "--peers", str(tmp_path / "none")]) == 2
+    assert "is no file" in capsys.readouterr().err
+    (tmp_path / "job.npz").touch()
+    early = race.Peer(Path(sys.executable), "numpy", tmp_path / "job.npz")
+    with pytest.raises(SclaError, match=r"the peer numpy ended early: .*; its environment is made from"), early:
+        pass
+    assert early._process.poll() is not None
+    (tmp_path / "text").write_text("no program")
+    monkeypatch.setattr(crosscheck, "CHECKS", (HALF_A_SECOND,))
+    assert main(["bench", "--peers", str(tmp_path / "text")]) == 2
+    assert "cannot be started" in capsys.readouterr().err
