@@ -1,0 +1,87 @@
+"""`scla-mj resume` from outside: after kill -9, after Ctrl-C, and refused."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from scla_mj.cli.main import main
+from scla_mj.runs.checkpoint import read_checkpoint
+from scla_mj.runs.decisions import read_decisions
+
+OPTIONS = ["--brain", "automaton", "--epochs", "2", "--decisions", "400", "--seed", "3"]
+
+
+def test_a_run_killed_outright_goes_on_to_the_bits_of_one_that_was_not(tmp_path, capsys):
+    killed, whole = tmp_path / "killed", tmp_path / "whole"
+    command = [sys.executable, "-m", "scla_mj.cli.main", "rollout", str(killed), *OPTIONS]
+    process = subprocess.Popen([*command, "--checkpoint-period-s", "0.1"], stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 90
+    while time.monotonic() < deadline and not (killed / "checkpoint.npz").exists():
+        time.sleep(0.01)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    decisions = read_checkpoint(killed)["decisions"]
+    assert 0 < decisions < 800
+    assert read_decisions(killed).num_rows >= decisions
+    assert main(["inspect", str(killed)]) == 2
+    assert "scla-mj resume" in capsys.readouterr().err
+    assert main(["resume", str(killed)]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"rerun \S*recording\.rrd \S*recording-2\.rrd", printed)
+    assert main(["inspect", str(killed)]) == 0
+    assert "agrees with the run's files" in capsys.readouterr().out
+    assert main(["rollout", str(whole), *OPTIONS]) == 0
+    for name in ("decisions.parquet", "brain.npz"):
+        assert (killed / name).read_bytes() == (whole / name).read_bytes()
+    summaries = [json.loads((path / "summary.json").read_text()) for path in (killed, whole)]
+    assert all(summary.pop("wall_s") for summary in summaries)
+    assert summaries[0] == summaries[1]
+    assert main(["resume", str(killed)]) == 2
+    assert "is complete: there is nothing to resume" in capsys.readouterr().err
+
+
+INTERRUPTING = """
+import os, signal
+from scla_mj.brain.q_learning import QLearningBrain
+
+class Interrupting(QLearningBrain):
+    def __init__(self, config, clock):
+        super().__init__(config, clock)
+        self.decided = 0
+
+    def decide(self, percept):
+        self.decided += 1
+        if self.decided == 12:
+            os.kill(os.getpid(), signal.SIGINT)
+        return super().decide(percept)
+"""
+
+
+def test_ctrl_c_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+    (tmp_path / "interrupting_brain.py").write_text(INTERRUPTING)
+    monkeypatch.chdir(tmp_path)
+    options = ["--brain", "interrupting_brain:Interrupting", "--epochs", "1", "--decisions", "20"]
+    assert main(["rollout", "my run", *options]) == 130
+    assert "scla-mj resume 'my run' goes on from here" in capsys.readouterr().err
+    assert main(["inspect", "my run"]) == 0
+    assert "not complete: scla-mj resume goes on from the checkpoint" in capsys.readouterr().out
+    assert main(["resume", "my run"]) == 0  # the signal's twelfth decision is past
+    assert read_decisions(tmp_path / "my run").num_rows == 20
+
+
+@pytest.mark.parametrize("period", ["-1", "nan", "soon"])
+def test_a_period_that_cannot_be_is_refused(period, tmp_path, capsys):
+    assert main(["rollout", str(tmp_path / "run"), "--checkpoint-period-s", period]) == 2
+    assert "--checkpoint-period-s" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+def test_what_is_no_run_is_refused(tmp_path, capsys):
+    assert main(["resume", str(tmp_path / "nowhere")]) == 2
+    assert "is no run folder" in capsys.readouterr().err

@@ -1,0 +1,141 @@
+"""A recording in parts says what one in a single file would: every decision once, nothing missing."""
+
+from __future__ import annotations
+
+import shutil
+
+import mujoco
+import numpy as np
+import pytest
+import rerun as rr
+from synthetic_run import MODEL_XML, records, snapshot
+
+from scla_mj.config import RunConfig
+from scla_mj.errors import SclaError
+from scla_mj.paths import part_number, recording_part, recordings
+from scla_mj.telemetry.reader import inspect_recording
+from scla_mj.telemetry.recording import RerunRecorder
+
+CONFIG = RunConfig()
+
+
+@pytest.fixture(autouse=True)
+def _strict():
+    rr.set_strict_mode(True)
+    yield
+    rr.set_strict_mode(False)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return list(records(epochs=2, decisions=60, spikes=300, thinking_spikes=80))
+
+
+def open_part(folder, number, mode, *, first=1, run_id="a run", seed=7):
+    return RerunRecorder(
+        folder / recording_part(number), mode=mode, grid=CONFIG.build_grid(), clock=CONFIG.build_clock(),
+        model=mujoco.MjModel.from_xml_string(MODEL_XML), run_id=run_id, protocol="any-start",
+        ceiling_hits_per_1000=400.0, weight_max=4.0, first_decision=first, metadata={"seed": seed},
+    )  # fmt: skip
+
+
+def record_in_parts(folder, run, mode, saved, killed):
+    """Record until a kill at one decision, and go on from what was saved at an earlier one."""
+    memory = snapshot(np.random.default_rng(5))
+    with open_part(folder, 1, mode) as first:
+        for number, record in enumerate(run[:killed], 1):
+            first.write(record)
+            if number == saved:
+                first.sync()
+                state = first.state()
+        first.sync()
+        shutil.copy(folder / recording_part(1), folder / "killed")
+    (folder / "killed").replace(folder / recording_part(1))
+    with open_part(folder, 2, mode, first=saved + 1) as second:
+        second.restore(state, CONFIG.build_grid(), ceiling_hits_per_1000=400.0)
+        for record in run[saved:]:
+            second.write(record)
+        second.close(memory)
+    with open_part(folder, 9, mode) as whole:
+        for record in run:
+            whole.write(record)
+        whole.close(memory)
+    (folder / recording_part(9)).replace(folder / "whole.rrd")
+
+
+def figures(seen):
+    return {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in seen._asdict().items()
+        if name not in ("parts", "properties", "path_length_m")
+    }
+
+
+@pytest.mark.parametrize(
+    ("mode", "saved", "killed"), [("light", 37, 37), ("full", 37, 59), ("light", 60, 75), ("light", 59, 61)]
+)
+def test_two_parts_say_what_one_file_says(tmp_path, run, mode, saved, killed):
+    record_in_parts(tmp_path, run, mode, saved, killed)
+    parts = recordings(tmp_path)
+    assert [path.name for path in parts] == ["recording.rrd", "recording-2.rrd"]
+    assert not inspect_recording(parts[0]).finished
+    assert inspect_recording(parts[0]).decisions == killed
+    seen, whole = inspect_recording(*parts), inspect_recording(tmp_path / "whole.rrd")
+    assert figures(seen) == figures(whole)
+    assert seen.decisions == 120
+    assert seen.path_length_m == pytest.approx(whole.path_length_m)
+
+
+def test_a_missing_part_is_seen(tmp_path, run):
+    record_in_parts(tmp_path, run, "light", 37, 59)
+    third = open_part(tmp_path, 3, "light", first=130)
+    third.write(run[0])
+    third.close()
+    with pytest.raises(SclaError, match="it holds 121 of 130 decisions"):
+        inspect_recording(*recordings(tmp_path))
+
+
+@pytest.mark.parametrize("content", [b"", 12])
+def test_a_part_that_was_cut_off_at_its_birth_is_left_out(tmp_path, run, content):
+    record_in_parts(tmp_path, run, "light", 37, 59)
+    start = (tmp_path / recording_part(2)).read_bytes()[:12]
+    (tmp_path / recording_part(3)).write_bytes(content if content == b"" else start)
+    assert inspect_recording(*recordings(tmp_path)).decisions == 120
+    with pytest.raises(SclaError, match="stopped before it wrote anything"):
+        inspect_recording(tmp_path / recording_part(3))
+
+
+@pytest.mark.parametrize("other", [{"run_id": "another"}, {"seed": 8}])
+def test_a_part_of_another_recording_is_refused(tmp_path, run, other):
+    record_in_parts(tmp_path, run, "light", 37, 59)
+    with open_part(tmp_path, 3, "light", first=121, **other) as stray:
+        stray.write(run[0])
+    with pytest.raises(SclaError, match=r"recording-3\.rrd is no part of the recording"):
+        inspect_recording(*recordings(tmp_path))
+
+
+def test_a_stopped_run_has_no_result_of_its_last_epoch(tmp_path, run):
+    with open_part(tmp_path, 1, "light") as recorder:
+        for record in run[:70]:
+            recorder.write(record)
+        recorder.close(stopped=True)
+    reader = rr.chunk.RrdReader(tmp_path / "recording.rrd")
+    rows = [
+        len(chunk.to_record_batch()) for chunk in reader.stream().filter(content=["/learning/epoch"], is_static=False)
+    ]
+    assert sum(rows) == 1  # epoch 1's
+
+
+def test_a_recording_that_vanished_is_told_at_the_next_sync(tmp_path, run):
+    with open_part(tmp_path, 1, "light") as recorder:
+        recorder.write(run[0])
+        (tmp_path / recording_part(1)).unlink()
+        with pytest.raises(SclaError, match="cannot be written: No such file"):
+            recorder.sync()
+
+
+def test_parts_are_named_and_ordered_by_number():
+    for number in (1, 2, 10):
+        assert part_number(recording_part(number)) == number
+    for name in ("recording-1.rrd", "recording-0.rrd", "recording-02.rrd", "my-recording.rrd", "recording.rrd.tmp"):
+        assert part_number(name) is None
