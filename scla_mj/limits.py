@@ -20,9 +20,9 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     "world.direction-noise": (0.0, 0.75),  # at 3/4 a decision says nothing about the direction any more
     "world.jump-epoch": (0, math.inf),
     "clock.base-step-ms": (_TINY, 100.0),
-    "clock.neural-step-ms": (_TINY, 1.0),
-    "clock.physics-step-ms": (_TINY, 20.0),
-    "clock.control-period-ms": (_TINY, 100.0),
+    "clock.neural-step-ms": (0.05, 1.0),  # shorter steps are no more exact in float32, and a second takes minutes
+    "clock.physics-step-ms": (0.1, 20.0),  # at 0.1 the slowest move that is allowed, 600 s, still ends in a minute
+    "clock.control-period-ms": (1.0, 100.0),  # the longest move, a row a period, still fits into 60 MB
     "clock.thinking-window-ms": (_TINY, 10_000.0),
     "network.weight-low": (0.0, math.inf),
     "network.weight-max": (0.0, 100.0),

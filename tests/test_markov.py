@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scla_mj.grid import Action, Cell, Grid
-from scla_mj.markov import expected_moves, hits_per_1000, transition_matrix, uniform_policy
+from scla_mj.markov import expected_moves, fewest_expected_moves, hits_per_1000, transition_matrix, uniform_policy
 
 PAPER = Grid((5, 5), Cell(3, 3), 0.3)
 
@@ -69,3 +69,14 @@ def test_a_policy_that_may_lose_its_way_earns_nothing():
     assert hits_per_1000(PAPER, "sensed-start", policy) == 1000.0
     policy[0, 1] = [0.5, 0.5, 0.0, 0.0]  # (1, 2) now falls into that trap half the time
     assert expected_moves(PAPER, policy)[Cell(1, 2)] == np.inf
+
+
+@pytest.mark.parametrize("noise", [1e-300, 0.75])
+def test_the_best_policy_is_found_where_moves_are_almost_never_or_always_chance(noise):
+    grid = Grid((1, 3000), Cell(1, 1), 0.3)  # far beyond what value iteration can sweep in a second
+    moves = fewest_expected_moves(grid, direction_noise=noise)
+    far = moves[Cell(1, 3000)]
+    if noise == 0.75:  # a walk that stays half the time, between a wall and the target 2999 cells away: n (n + 1) / p
+        assert far == pytest.approx(2999 * 3000 / 0.5, rel=1e-9)
+    else:
+        assert far == 2999

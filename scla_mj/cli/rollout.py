@@ -11,6 +11,7 @@ import tyro.conf
 from scla_mj.cli.folders import folder
 from scla_mj.cli.going import carry_out
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
+from scla_mj.errors import SclaError
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,11 @@ class Rollout:
         from scla_mj.experiments.rollout import rollout
 
         self.config.check()
+        jump_epoch, epochs = self.config.world.jump_epoch, self.config.epochs
+        if jump_epoch > epochs:
+            raise SclaError(
+                f"--world.jump-epoch is {jump_epoch}: the run ends after {epochs} epochs; choose one of them"
+            )
         carry_out(
             self.path,
             self.config,

@@ -43,6 +43,8 @@ def refused(arguments, capsys):
         (["--brain", "psychic"], "psychic", "q-learning"),
         (["--brain", "no.such:Brain"], "no.such", "imported"),
         (["--brain", "shortest-path", "--world.jump-epoch", "2"], "shortest-path", "jump-epoch"),
+        (["--world.jump-epoch", "11"], "--world.jump-epoch is 11", "10 epochs"),
+        (["--clock.physics-step-ms", "1e-6"], "physics-step-ms is 1e-06", "0.1 to 20"),
     ],
 )
 def test_a_bad_option_gets_one_sentence_and_exit_code_2(options, named, allowed, tmp_path, capsys):

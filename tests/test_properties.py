@@ -1,0 +1,64 @@
+"""Whatever is typed runs or is refused with one sentence; `SCLA_EXAMPLES=10000` in the environment tries more."""
+
+import contextlib
+import io
+import os
+import resource
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+from hypothesis import HealthCheck, example, given, settings
+from wild import command_lines
+
+from scla_mj.cli.main import main
+from scla_mj.runs.decisions import read_decisions
+
+EXAMPLES = int(os.environ.get("SCLA_EXAMPLES", "60"))
+LOG = os.environ.get("SCLA_EXAMPLES_LOG")
+DECISIONS = 2
+LONGEST_S = 120.0
+"""What two decisions may take at the very worst: both end by the longest timeout that is allowed."""
+MOST_KILOBYTES = 2_000_000
+
+
+def rollout(line, folder):
+    """Run two decisions; return the exit code and what was printed as errors."""
+    out, err = io.StringIO(), io.StringIO()
+    fixed = ["--epochs", "1", "--decisions", str(DECISIONS), "--telemetry", "off"]
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main(["rollout", str(folder), *fixed, *line])
+    return code, err.getvalue()
+
+
+@settings(
+    max_examples=EXAMPLES, deadline=None, derandomize=EXAMPLES < 1000, database=None, print_blob=False,
+    suppress_health_check=list(HealthCheck),
+)  # fmt: skip
+@given(command_lines())
+@example(["--clock.physics-step-ms", "1e-06", "--clock.base-step-ms", "1e-06"])
+@example(["--clock.neural-step-ms", "1e-06", "--clock.base-step-ms", "1e-06"])
+@example(["--clock.thinking-window-ms", "10000", "--clock.neural-step-ms", "0.05", "--clock.base-step-ms", "0.05"])
+@example(["--cells", "30", "30", "--world.direction-noise", "0.75"])
+@example(["--world.jump-epoch", "7"])
+@example(["--brain", "random", "--controller.timeout-s", "600", "--controller.max-speed-m-s", "0.01"])
+def test_every_command_line_runs_or_is_refused_with_one_sentence(line):
+    folder = Path(tempfile.mkdtemp())
+    started = time.perf_counter()
+    try:
+        code, said = rollout(line, folder / "run")
+        taken_s = time.perf_counter() - started
+        if LOG:
+            with Path(LOG).open("a") as log:
+                log.write(f"{code} {taken_s:.2f} {line} {said.strip()[-200:]!r}\n")
+        assert code in (0, 2)
+        if code == 2:
+            assert said.startswith("scla-mj: ") and said.count("\n") == 1 and len(said) < 1000, said
+            assert not (folder / "run").exists(), "a refused run leaves nothing behind"
+        else:
+            assert read_decisions(folder / "run").num_rows == DECISIONS
+        assert taken_s < LONGEST_S
+        assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < MOST_KILOBYTES
+    finally:
+        shutil.rmtree(folder)

@@ -1,0 +1,89 @@
+"""Command lines as somebody might type them: any option, any value, mostly possible ones."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import typing
+from typing import Any, Literal
+
+from hypothesis import strategies as st
+
+from scla_mj.brain.registry import BRAINS
+from scla_mj.config import RunConfig
+from scla_mj.limits import RANGES, flatten
+
+FIXED = {"epochs", "decisions", "telemetry"}
+"""What the test sets itself, so that a run that is carried out stays short."""
+WILD = ["nan", "inf", "-inf", "-0.0", "1e308", "-1e308", "5e-324", "0", "-1", "1", "1e999", "", " ", "none", "None",
+        "many", "0x10", "1_0", "½", "True", "--", "é\u202e", "9" * 40, "1.5", "[1]", "1,2", "\t"]  # fmt: skip
+LARGE = 1000.0
+"""Where a range has no end, most values are drawn below this."""
+
+
+def hints(kind: Any = RunConfig, prefix: str = "") -> dict[str, Any]:
+    """Return every option's type by its name on the command line."""
+    found: dict[str, Any] = {}
+    for name, hint in typing.get_type_hints(kind).items():
+        if dataclasses.is_dataclass(hint):
+            found |= hints(hint, "" if name == "grid" else f"{name}.")
+        else:
+            found[(prefix + name).replace("_", "-")] = hint
+    return found
+
+
+def number(option: str, hint: type, default: Any) -> st.SearchStrategy[str]:
+    """Return numbers within the option's range, its ends and what lies just beyond."""
+    low, high = RANGES.get(option, (-LARGE, LARGE))
+    top = min(high, max(low, LARGE))
+    if hint is int:
+        inside = st.integers(math.ceil(low), int(top))
+        edges = [low, low - 1, low + 1, top, top + 1, 2**31, 2**63, 10**30]
+        return st.one_of(inside, inside, inside, st.sampled_from([int(edge) for edge in edges])).map(str)
+    inside = st.floats(low, top)
+    near = st.sampled_from(
+        [low, top, math.nextafter(low, -math.inf), math.nextafter(top, math.inf), default, default / 2]
+    )
+    scale = st.floats(-6, 3).map(lambda exponent: 10.0**exponent).filter(lambda value: low <= value <= high)
+    return st.one_of(inside, near, near, scale).map(repr)
+
+
+def words(option: str, hint: Any, default: Any) -> st.SearchStrategy[list[str]]:
+    """Return the words that follow an option, most of them possible."""
+    if option == "brain":
+        strange = [
+            "os:system",
+            "no.such:Brain",
+            "json:loads",
+            "../brain:Brain",
+            "scla_mj.brain.scla:SclaBrain",
+            "scla:",
+        ]
+        return st.sampled_from([*BRAINS, *BRAINS, *strange]).map(lambda word: [word])
+    if typing.get_origin(hint) is Literal:
+        return st.sampled_from(typing.get_args(hint)).map(lambda word: [str(word)])
+    if option == "closed-cells":
+        return st.lists(st.integers(0, 6).map(str), max_size=9)
+    if typing.get_origin(hint) is tuple:
+        kind = typing.get_args(hint)[0]
+        if kind is int:
+            return st.lists(st.one_of(st.integers(1, 6), st.integers(-1, 120)).map(str), min_size=2, max_size=2)
+        return st.lists(number(option, kind, default[0]), min_size=2, max_size=2)
+    return number(option, hint, default).map(lambda word: [word])
+
+
+@st.composite
+def command_lines(draw: st.DrawFn) -> list[str]:
+    """Draw the options of a rollout: up to eight, each possible, or wild one time in ten."""
+    types, defaults = hints(), flatten(RunConfig())
+    chosen = draw(st.lists(st.sampled_from(sorted(types.keys() - FIXED)), max_size=8, unique=True))
+    line: list[str] = []
+    for option in chosen:
+        if types[option] is bool:
+            section, _, name = option.rpartition(".")
+            line.append(draw(st.sampled_from([f"--{option}", f"--{section}.no-{name}" if section else f"--no-{name}"])))
+            continue
+        wild = st.lists(st.sampled_from(WILD), max_size=3)
+        is_wild = draw(st.integers(0, 9)) == 0
+        line += [f"--{option}", *draw(wild if is_wild else words(option, types[option], defaults[option]))]
+    return line
