@@ -25,6 +25,7 @@ from numba import njit
 from scla_mj.anatomy import NEURONS_PER_SIDE, PROJECTIONS
 from scla_mj.brain.network.parameters import NeuronConstants, Parameters
 from scla_mj.brain.network.state import NetworkState
+from scla_mj.compiled import cached_njit
 from scla_mj.grid import Action
 
 _SIDES: Final = len(Action)
@@ -103,53 +104,52 @@ def _decay(state: NetworkState, parameters: Parameters) -> None:
 
 @njit(inline="always")
 def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int, population: int) -> None:
-    """Deliver both rows of weights; depress their eligibility by the postsynaptic traces."""
+    """Deliver both columns of weights; depress their eligibility by the postsynaptic traces."""
     p = parameters.plasticity
-    row = neuron - parameters.population_start[population]
+    block, column = divmod(neuron - parameters.population_start[population], _BLOCK)
     real = state.anchor.dtype.type
     depression = p.depression / real(state.decayed[0])
     for connection in range(_OUT_OF_SENSOR.shape[1]):
         k = _OUT_OF_SENSOR[population, connection]
-        first = parameters.population_start[_SIDES + _MOTOR_OF[k]] + row // _BLOCK * _BLOCK
+        first = parameters.population_start[_SIDES + _MOTOR_OF[k]] + block * _BLOCK
         current = state.synaptic[first : first + _BLOCK]
         trace = state.trace[first : first + _BLOCK]
-        anchor, scaled, gathered = state.anchor[k, row], state.scaled[k, row], real(state.gathered[k])
+        first = block * _BLOCK
+        anchor, scaled = state.anchor[k, first : first + _BLOCK], state.scaled[k, first : first + _BLOCK]
+        gathered = real(state.gathered[k])
         if gathered == p.zero:
             for j in range(_BLOCK):
-                current[j] += anchor[j]
-                scaled[j] -= depression * trace[j]
+                current[j] += anchor[j, column]
+                scaled[j, column] -= depression * trace[j]
             continue
         for j in range(_BLOCK):
-            weight = min(max(anchor[j] + scaled[j] * gathered, p.zero), p.weight_max)
+            weight = min(max(anchor[j, column] + scaled[j, column] * gathered, p.zero), p.weight_max)
             current[j] += weight
-            scaled[j] -= depression * trace[j]
-            anchor[j] = weight - scaled[j] * gathered
+            scaled[j, column] -= depression * trace[j]
+            anchor[j, column] = weight - scaled[j, column] * gathered
     state.trace[neuron] += 1
 
 
 @njit(inline="always")
 def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int, population: int) -> None:
-    """Potentiate both columns of eligibility by the presynaptic traces, this step's sensory spikes included."""
+    """Potentiate both rows of eligibility by the presynaptic traces, this step's sensory spikes included."""
     p = parameters.plasticity
-    column = neuron - parameters.population_start[population]
-    top = column // _BLOCK * _BLOCK
-    column -= top
+    row = neuron - parameters.population_start[population]
     real = state.anchor.dtype.type
     potentiation = p.potentiation / real(state.decayed[0])
     for connection in range(_INTO_MOTOR.shape[1]):
         k = _INTO_MOTOR[population - _SIDES, connection]
-        first = parameters.population_start[_SENSOR_OF[k]] + top
+        first = parameters.population_start[_SENSOR_OF[k]] + row // _BLOCK * _BLOCK
         trace = state.trace[first : first + _BLOCK]
-        anchor, scaled = state.anchor[k, top : top + _BLOCK], state.scaled[k, top : top + _BLOCK]
-        gathered = real(state.gathered[k])
+        anchor, scaled, gathered = state.anchor[k, row], state.scaled[k, row], real(state.gathered[k])
         if gathered == p.zero:
             for i in range(_BLOCK):
-                scaled[i, column] += potentiation * trace[i]
+                scaled[i] += potentiation * trace[i]
             continue
         for i in range(_BLOCK):
-            weight = min(max(anchor[i, column] + scaled[i, column] * gathered, p.zero), p.weight_max)
-            scaled[i, column] += potentiation * trace[i]
-            anchor[i, column] = weight - scaled[i, column] * gathered
+            weight = min(max(anchor[i] + scaled[i] * gathered, p.zero), p.weight_max)
+            scaled[i] += potentiation * trace[i]
+            anchor[i] = weight - scaled[i] * gathered
     state.trace[neuron] += 1
 
 
@@ -236,7 +236,7 @@ def settle(state: NetworkState, parameters: Parameters) -> None:
     state.decayed[0] = 1.0
 
 
-@njit(cache=True, nogil=True)
+@cached_njit(nogil=True)
 def run(
     state: NetworkState,
     parameters: Parameters,
@@ -266,7 +266,7 @@ def run(
     return total if _is_finite(state.v) and _is_finite(state.u) else NOT_FINITE
 
 
-@njit(cache=True)
+@cached_njit()
 def mean_weights(anchor: Any, columns: Any, means: Any) -> None:
     """Write the mean of each projection's settled weights into `means`, (8,) float64.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scla_mj.anatomy import NEURON_COUNT, POPULATIONS
 from scla_mj.brain.network import kernel
 from scla_mj.brain.network.parameters import build_parameters
-from scla_mj.brain.network.state import initial_state
+from scla_mj.brain.network.state import initial_state, presynaptic_first
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -54,17 +54,17 @@ class Network:
         self._silence = np.zeros(neurons, self._real)
         self._spike_step = np.empty(2 * _STEPS_A_CALL * neurons, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
-        self._columns = np.empty(self.weights.shape[2])
+        self._columns = np.empty(self.state.anchor.shape[2])
 
     @property
     def weights(self) -> NDArray[Any]:
-        """The weights, (8, n, 100): projection, presynaptic neuron, postsynaptic neuron of its block."""
-        return self.state.anchor
+        """A view of the weights, (8, 100, 100): projection, pre- and postsynaptic neuron; see `presynaptic_first`."""
+        return presynaptic_first(self.state.anchor)
 
     @property
     def eligibility(self) -> NDArray[Any]:
-        """The eligibility traces, (8, n, 100)."""
-        return self.state.scaled
+        """A view of the eligibility traces, shaped like the weights."""
+        return presynaptic_first(self.state.scaled)
 
     @property
     def dopamine(self) -> NDArray[np.float64]:
@@ -73,8 +73,8 @@ class Network:
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, (8,)."""
-        means = np.empty(len(self.weights))
-        kernel.mean_weights(self.weights, self._columns, means)
+        means = np.empty(len(self.state.anchor))
+        kernel.mean_weights(self.state.anchor, self._columns, means)
         return means
 
     def run(

@@ -20,10 +20,11 @@ class NetworkState(NamedTuple):
     N neurons, n of them in a sensory or motor population: 1000 and 100 in the paper. `v`, `u`: membrane potential and
     recovery, (N,) R. `synaptic`: current that arrives in the next step, (N,) R. `trace`: STDP traces of the sensory and
     motor neurons, (8 n,) R. `dopamine`: concentration at each projection, (8,) float64. `anchor` and `scaled`,
-    (8, n, 100) R, hold weights and eligibility lazily (see kernel.py), `decayed` (1,) and `gathered` (8,), both
-    float64, what they are scaled by. `noise_low`, `noise_high`: each neuron's own generator, (N,) uint32. `fired`: this
-    step's spikes, (N,) uint8, and `fired_octets`, (N / 8,), the same memory by eights; `step_counts`: their number by
-    population, (12,).
+    (8, n, 100) R, hold weights and eligibility lazily (see kernel.py): projection, postsynaptic neuron, presynaptic
+    neuron of its block, in this order because twenty motor neurons fire for each sensory one, and each wants what
+    leads to it side by side. `decayed` (1,) and `gathered` (8,), both float64, are what they are scaled by.
+    `noise_low`, `noise_high`: each neuron's own generator, (N,) uint32. `fired`: this step's spikes, (N,) uint8, and
+    `fired_octets`, (N / 8,), the same memory by eights; `step_counts`: their number by population, (12,).
     """
 
     v: NDArray[Any]
@@ -53,6 +54,10 @@ def initial_state(
     real = np.dtype(config.precision)
     excitatory = populations_of(neurons)[: len(SENSORY) + len(MOTOR)]
     shape = (len(PROJECTIONS), excitatory[0].size, NEURONS_PER_SIDE)
+    anchor = np.empty(shape, real)
+    presynaptic_first(anchor)[:] = weights.uniform(config.weight_low, config.weight_high, shape).reshape(
+        presynaptic_first(anchor).shape
+    )
     lanes = noise.generate_state(2 * neurons, np.uint32).reshape(2, neurons)
     lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
     fired = np.zeros(neurons, np.uint8)
@@ -63,7 +68,7 @@ def initial_state(
         synaptic=np.zeros(neurons, real),
         trace=np.zeros(excitatory[-1].stop, real),
         dopamine=np.zeros(len(PROJECTIONS)),
-        anchor=weights.uniform(config.weight_low, config.weight_high, shape).astype(real),
+        anchor=anchor,
         scaled=np.zeros(shape, real),
         decayed=np.ones(1),
         gathered=np.zeros(len(PROJECTIONS)),
@@ -73,3 +78,12 @@ def initial_state(
         fired_octets=fired.view(np.uint64),
         step_counts=np.zeros(len(POPULATIONS), np.int64),
     )
+
+
+def presynaptic_first(synapses: NDArray[Any]) -> NDArray[Any]:
+    """Return a view of an array (8, n, 100) of synapses as the paper lists them: presynaptic, then postsynaptic neuron.
+
+    Its shape is (8, 100, 100), or (8, n / 100, 100, 100) where there are several blocks.
+    """
+    blocks = synapses.reshape(len(PROJECTIONS), -1, NEURONS_PER_SIDE, NEURONS_PER_SIDE).swapaxes(2, 3)
+    return blocks[:, 0] if blocks.shape[1] == 1 else blocks
