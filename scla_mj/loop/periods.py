@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numba import njit, types
 
+from scla_mj.compiled import cached_njit
 from scla_mj.control import controller, profile
 from scla_mj.control.controller import DRIVING, FRONT, REAR, STARTING, Goal, Motion, begin, tick
 from scla_mj.sense import odometry
@@ -97,7 +98,7 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
     odometry, numba compiles a loop that knows of none.
     """
 
-    @njit(cache=True, nogil=True)
+    @cached_njit(nogil=True)
     def run_periods(
         body: Body,
         state: State,

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numba import njit
 
+from scla_mj.compiled import cached_njit
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -52,7 +54,7 @@ def ray_angles() -> NDArray[np.float64]:
     return np.linspace(0.0, math.tau, RAYS, endpoint=False)
 
 
-@njit(cache=True)
+@cached_njit()
 def expected_range(floor: FloorMap, x_m: float, y_m: float, angle_rad: float) -> tuple[float, float, float]:
     """Return how far a ray goes from a point inside the walls, and the normal of the wall it meets, facing the robot.
 
@@ -96,7 +98,7 @@ def _slab(to_centre: float, half: float, direction: float) -> tuple[float, float
     return min(first, second), max(first, second)
 
 
-@njit(cache=True)
+@cached_njit()
 def corrected_pose(
     floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
