@@ -12,7 +12,7 @@ from scla_mj.experiments.assemble import build_trial
 from scla_mj.experiments.lock import running
 from scla_mj.experiments.session import Session, Watch
 from scla_mj.runs import folder
-from scla_mj.runs.atomic import cannot_write
+from scla_mj.runs.atomic import cannot_write, remove_scratch
 from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
 from scla_mj.runs.decisions import take_back
 from scla_mj.runs.seal import check_seal, lift_seal
@@ -92,6 +92,8 @@ def _take_back(run: Run, decisions: int) -> None:
     """Turn the folder back to what it was after that many decisions; recordings stay, as they tell their own part."""
     check_seal(run.path, paths.DECISIONS_PARQUET)
     lift_seal(run.path)
+    for name in folder.RUN_FILES:
+        remove_scratch(run.file(name))
     take_back(run.path, decisions)
     try:
         for name in _RESULTS:

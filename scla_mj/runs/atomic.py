@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import math
 import os
@@ -17,6 +18,10 @@ _MOST_JSON_BYTES: Final = 1e9
 """The summary of two million epochs; more is no file of ours, and would fill the memory."""
 
 
+_SCRATCH: Final = ".{}.{}.tmp"
+"""What is written before it is moved into place: the file's name, and the number of the process."""
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path`; what was written there becomes `path` if the block succeeds.
@@ -24,7 +29,7 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         SclaError: the folder cannot be written to, or the disk is full.
     """
-    scratch = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    scratch = path.with_name(_SCRATCH.format(path.name, os.getpid()))
     try:
         yield scratch
         _sync(scratch)
@@ -34,6 +39,19 @@ def replacing(path: Path) -> Iterator[Path]:
         raise cannot_write(path, error) from error
     finally:
         scratch.unlink(missing_ok=True)
+
+
+def remove_scratch(path: Path) -> None:
+    """Remove what killed processes were about to write to `path`.
+
+    Raises:
+        SclaError: it cannot be removed.
+    """
+    try:
+        for scratch in path.parent.glob(_SCRATCH.format(glob.escape(path.name), "*")):
+            scratch.unlink()
+    except OSError as error:
+        raise cannot_write(path, error) from error
 
 
 def cannot_write(path: Path, error: OSError) -> SclaError:

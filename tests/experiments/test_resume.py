@@ -107,6 +107,13 @@ def test_a_stopped_run_is_sealed_and_its_seal_is_lifted_while_it_goes_on(run):
     assert is_sealed(run) and not broken_files(run)
 
 
+def test_what_a_killed_process_was_about_to_write_is_removed(run):
+    (run / ".checkpoint.npz.123.tmp").write_bytes(b"half")
+    (run / ".notes.txt.tmp").write_text("mine")
+    resume(run, pictures=False)
+    assert {file.name for file in run.iterdir() if file.name.startswith(".")} == {".notes.txt.tmp"}
+
+
 def test_wall_time_is_that_of_all_sessions(run):
     before = read_summary(run).wall_s
     assert resume(run, pictures=False).wall_s > before
