@@ -53,6 +53,13 @@ _FREEING_SPEED_M_S: Final = 0.1
 _TIPPING_COSINE: Final = 0.995
 """Leaning by more than 6 degrees it is about to tip: its wheels roll along until it is down again. Its own
 accelerations lean it by less than 2 degrees."""
+_SLIP_M_S: Final = 0.10
+_SLIP_RAD_S: Final = 0.7
+"""A body that is off its commanded speed by this, and what two periods' acceleration adds, is not doing as its wheels
+do. Undisturbed it stays within half of that."""
+_CAREFUL_SPEED_M_S: Final = 0.15
+_CAREFUL: Final = 0.3
+"""After that it drives with this share of its accelerations, half of its speeds and gains, and wider tolerances."""
 _APPROACH_PER_S: Final = 40.0
 _APPROACH_PER_PERIOD: Final = 0.4
 """Gain of the last approach: 40 a second, or 0.4 of the error a period where periods are long (stability)."""
@@ -108,7 +115,7 @@ class State(NamedTuple):
     """What the controller remembers between two periods.
 
     `course_rad` is the line's direction of travel, `direction` 1 forwards and -1 in reverse; the speeds are the last
-    commanded ones, the drive's along the course.
+    commanded ones, the drive's along the course. `careful` says that the robot has slipped on this move.
     """
 
     phase: int
@@ -117,10 +124,11 @@ class State(NamedTuple):
     aims: int
     speed_m_s: float
     turn_rate_rad_s: float
+    careful: bool
 
 
-STAND_STILL: Final = State(STANDING, 0.0, 1.0, 0, 0.0, 0.0)
-START: Final = State(STARTING, 0.0, 1.0, 0, 0.0, 0.0)
+STAND_STILL: Final = State(STANDING, 0.0, 1.0, 0, 0.0, 0.0, False)
+START: Final = State(STARTING, 0.0, 1.0, 0, 0.0, 0.0, False)
 """A move that has yet to `begin`, at the heading that its first period finds."""
 
 
@@ -163,15 +171,15 @@ def make_gains(
 def begin(goal: Goal, heading_rad: float) -> State:
     """Return the state at the start of a move: outward bound, in reverse if the target lies behind."""
     course = math.atan2(goal.target_y_m - goal.start_y_m, goal.target_x_m - goal.start_x_m)
-    state: State = aim(OUTWARD, course, heading_rad, 0)
+    state: State = aim(OUTWARD, course, heading_rad, 0, False)
     return state
 
 
 @njit(inline="always")
-def aim(phase: int, course_rad: float, heading_rad: float, aims: int) -> State:
+def aim(phase: int, course_rad: float, heading_rad: float, aims: int, careful: bool) -> State:
     """Return the state of a robot at rest that is to travel along a course, backwards if it faces away from it."""
     direction = -1.0 if math.cos(course_rad - heading_rad) < _REVERSE_COSINE else 1.0
-    return State(phase, course_rad, direction, aims, 0.0, 0.0)
+    return State(phase, course_rad, direction, aims, 0.0, 0.0, careful)
 
 
 @njit(inline="always")
@@ -188,23 +196,31 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
         return state, 0.0, 0.0, DRIVING
     if state.phase == OUTWARD and motion.touched:
         state = _touch(state, motion, goal, gains)
-    target_x = goal.target_x_m if state.phase == OUTWARD else goal.start_x_m
-    target_y = goal.target_y_m if state.phase == OUTWARD else goal.start_y_m
-    to_x, to_y = target_x - motion.x_m, target_y - motion.y_m
+    elif state.phase == OUTWARD and not state.careful and motion.touched == 0 and _slips(state, motion, gains):
+        state = _roll_along(state, motion, True)
+    if state.careful:
+        gains = _careful(gains)
+    outward = state.phase == OUTWARD
+    to_x = (goal.target_x_m if outward else goal.start_x_m) - motion.x_m
+    to_y = (goal.target_y_m if outward else goal.start_y_m) - motion.y_m
     ahead = to_x * math.cos(state.course_rad) + to_y * math.sin(state.course_rad)
     if _at_rest_there(state, motion, ahead, gains):
         off = math.hypot(to_x, to_y)
         if state.phase == AGAIN:
-            to_x, to_y = goal.target_x_m - motion.x_m, goal.target_y_m - motion.y_m
-            state, off = aim(OUTWARD, math.atan2(to_y, to_x), motion.heading_rad, state.aims), math.hypot(to_x, to_y)
+            to_x, to_y, outward = goal.target_x_m - motion.x_m, goal.target_y_m - motion.y_m, True
         elif off <= gains.reaim_distance_m or state.aims >= gains.reaim_limit:
-            return state, 0.0, 0.0, ARRIVED if state.phase == OUTWARD else RETURNED
-        else:
-            state = aim(state.phase, math.atan2(to_y, to_x), motion.heading_rad, state.aims + 1)
-        ahead = off
+            return state, 0.0, 0.0, ARRIVED if outward else RETURNED
+        phase, aims = (OUTWARD, state.aims) if state.phase == AGAIN else (state.phase, state.aims + 1)
+        state = aim(phase, math.atan2(to_y, to_x), motion.heading_rad, aims, state.careful)
+        ahead = math.hypot(to_x, to_y)
+    elif ahead < -gains.reaim_distance_m:
+        # Far beyond its target: the law that steers along a line would steer it off the line in reverse.
+        state = aim(state.phase, math.atan2(to_y, to_x), motion.heading_rad, state.aims, state.careful)
+        state = _roll_along(state, motion, state.careful)
+        ahead = math.hypot(to_x, to_y)
     state = _steer(state, motion, ahead, to_x, to_y, gains)
     if motion.upright < _TIPPING_COSINE:
-        state = _roll_along(state, motion)
+        state = _roll_along(state, motion, state.careful)
     spread = state.turn_rate_rad_s * gains.track_m / 2.0
     room = max(0.0, gains.top_rim_speed_m_s - abs(spread))
     drive = state.direction * min(max(state.speed_m_s, -room), room)
@@ -226,10 +242,10 @@ def _touch(state: State, motion: Motion, goal: Goal, gains: Gains) -> State:
     margin = _TOUCH_MARGIN_M + gains.max_speed_m_s * gains.period_s
     if surplus > margin:
         course = math.atan2(goal.target_y_m - motion.y_m, goal.target_x_m - motion.x_m)
-        return aim(OUTWARD, course, motion.heading_rad, state.aims)
+        return aim(OUTWARD, course, motion.heading_rad, state.aims, state.careful)
     if surplus < -margin and state.aims < gains.reaim_limit:
-        return aim(AGAIN, state.course_rad + math.pi, motion.heading_rad, state.aims + 1)
-    return aim(BACK, state.course_rad + math.pi, motion.heading_rad, state.aims)
+        return aim(AGAIN, state.course_rad + math.pi, motion.heading_rad, state.aims + 1, state.careful)
+    return aim(BACK, state.course_rad + math.pi, motion.heading_rad, state.aims, state.careful)
 
 
 @njit(inline="always")
@@ -255,15 +271,17 @@ def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: 
     error = wrap_angle(state.course_rad - math.atan(fade * left_of_line / lookahead) - facing)
     forwards, backwards = gains.forward_acceleration_m_s2, gains.backward_acceleration_m_s2
     speeding_up, braking = (forwards, backwards) if state.direction > 0.0 else (backwards, forwards)
+    share = _CAREFUL if state.careful else 1.0
     speed, gain = 0.0, gains.approach_per_s
     if motion.touched != 0:
         speed = (
             -state.direction * _FREEING_SPEED_M_S if motion.touched & FRONT else state.direction * _FREEING_SPEED_M_S
         )
     if abs(error) < gains.aligned_rad:
-        speed = braking_speed(ahead_m, gains.max_speed_m_s, braking, gain)
+        speed = braking_speed(ahead_m, gains.max_speed_m_s, share * braking, gain)
         gain = gains.steering_per_s
-    wanted_turn_rate = braking_speed(error, gains.max_turn_rate_rad_s, gains.max_turn_acceleration_rad_s2, gain)
+    turning = share * gains.max_turn_acceleration_rad_s2
+    wanted_turn_rate = braking_speed(error, gains.max_turn_rate_rad_s, turning, gain)
     turn_rate = slew(state.turn_rate_rad_s, wanted_turn_rate, gains.max_turn_acceleration_rad_s2 * gains.period_s)
     # The turn comes first; the drive gets what is left of what one tyre can pass on.
     taken = abs(turn_rate - state.turn_rate_rad_s) * gains.track_m / 2.0
@@ -271,11 +289,48 @@ def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: 
     slowest = state.speed_m_s - min(left, braking * gains.period_s)
     fastest = state.speed_m_s + min(left, speeding_up * gains.period_s)
     speed = min(max(speed, slowest), fastest)
-    return State(state.phase, state.course_rad, state.direction, state.aims, speed, turn_rate)
+    return State(state.phase, state.course_rad, state.direction, state.aims, speed, turn_rate, state.careful)
 
 
 @njit(inline="always")
-def _roll_along(state: State, motion: Motion) -> State:
+def _roll_along(state: State, motion: Motion, careful: bool) -> State:
     """Command the speeds that the body has, so that the wheels pass no force on to it."""
     along = state.direction * motion.speed_m_s
-    return State(state.phase, state.course_rad, state.direction, state.aims, along, motion.turn_rate_rad_s)
+    return State(state.phase, state.course_rad, state.direction, state.aims, along, motion.turn_rate_rad_s, careful)
+
+
+@njit(inline="always")
+def _slips(state: State, motion: Motion, gains: Gains) -> bool:
+    """Tell whether the body does not do as the wheels were told."""
+    off = abs(motion.speed_m_s - state.direction * state.speed_m_s)
+    off_turn = abs(motion.turn_rate_rad_s - state.turn_rate_rad_s)
+    return (
+        off > _SLIP_M_S + 2.0 * gains.backward_acceleration_m_s2 * gains.period_s
+        or off_turn > _SLIP_RAD_S + 2.0 * gains.max_turn_acceleration_rad_s2 * gains.period_s
+    )
+
+
+@njit(inline="always")
+def _careful(gains: Gains) -> Gains:
+    """Return the gains of a robot that has slipped."""
+    return Gains(
+        gains.period_s,
+        gains.wheel_radius_m,
+        gains.track_m,
+        gains.front_reach_m,
+        gains.rear_reach_m,
+        gains.top_rim_speed_m_s,
+        min(_CAREFUL_SPEED_M_S, gains.max_speed_m_s),
+        gains.forward_acceleration_m_s2,
+        gains.backward_acceleration_m_s2,
+        min(2.0 * _CAREFUL_SPEED_M_S / gains.track_m, gains.max_turn_rate_rad_s),
+        gains.max_turn_acceleration_rad_s2,
+        3.0 * gains.position_tolerance_m,
+        3.0 * gains.heading_tolerance_rad,
+        gains.approach_per_s,
+        gains.steering_per_s,
+        gains.aligned_rad,
+        gains.tyre_acceleration_m_s2,
+        gains.reaim_distance_m,
+        gains.reaim_limit,
+    )
