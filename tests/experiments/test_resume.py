@@ -8,6 +8,7 @@ from stopped_runs import QUICK, assert_same_run, stopped, whole
 
 from scla_mj.cli.main import main
 from scla_mj.config import NetworkConfig, PlasticityConfig, WorldConfig
+from scla_mj.disturbances import DisturbanceConfig, with_sets
 from scla_mj.errors import SclaError
 from scla_mj.experiments.resume import resume
 from scla_mj.experiments.rollout import rollout
@@ -26,6 +27,8 @@ HARD = dataclasses.replace(
     network=NetworkConfig(precision="float64"),
     plasticity=PlasticityConfig(dopamine_delay_s=1.7),
 )
+
+DISTURBED = with_sets(DisturbanceConfig(), ["all"])
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +63,13 @@ def test_a_hard_run_goes_on_to_the_bit_wherever_it_is_cut(sessions, tmp_path, ha
 @pytest.fixture(scope="module")
 def hard(tmp_path_factory):
     return whole(HARD, tmp_path_factory.mktemp("hard") / "run")
+
+
+@pytest.mark.parametrize("localisation", ["odometry", "sensors"])
+def test_a_disturbed_robot_that_knows_its_place_by_its_own_sensors_goes_on_to_the_bit(localisation, tmp_path):
+    config = dataclasses.replace(QUICK, localisation=localisation, disturbance=DISTURBED)
+    resume(stopped(config, tmp_path / "cut", 13, 4, 30), pictures=False)
+    assert_same_run(whole(config, tmp_path / "whole"), tmp_path / "cut")
 
 
 def test_decisions_after_the_checkpoint_are_made_again_and_counted_once(tmp_path, hard):

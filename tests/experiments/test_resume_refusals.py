@@ -2,7 +2,9 @@
 
 import dataclasses
 import json
+import re
 import shutil
+from pathlib import Path
 
 import pytest
 from stopped_runs import QUICK, assert_same_run, refused, stopped, whole
@@ -12,6 +14,8 @@ from scla_mj.experiments.lock import running
 from scla_mj.experiments.resume import resume
 from scla_mj.experiments.rollout import rollout
 from scla_mj.runs.checkpoint import read_checkpoint, write_checkpoint
+
+OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
 
 
 @pytest.fixture(scope="module")
@@ -160,3 +164,12 @@ def test_a_users_mistakes_in_them_are_told_in_a_sentence(own, tmp_path):
         rollout(own("Wrong"), tmp_path / "wrong", pictures=False, checkpoint_period_s=0.0)
     path = stopped(own("Broken"), tmp_path / "broken", 20)
     assert "its restore() raised RuntimeError" in refused(path)
+
+
+def test_the_documented_methods_make_the_documented_brain_resumable(tmp_path, monkeypatch):
+    brain, methods = re.findall(r"```python\n(.*?)```", OWN_BRAIN.read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "documented_brain.py").write_text(brain + "\n" + methods)
+    monkeypatch.chdir(tmp_path)
+    config = dataclasses.replace(QUICK, brain="documented_brain:LastGoodMove", protocol="sensed-start")
+    resume(stopped(config, tmp_path / "cut", 25), pictures=False)
+    assert_same_run(whole(config, tmp_path / "whole"), tmp_path / "cut")
