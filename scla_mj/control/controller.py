@@ -240,12 +240,13 @@ def _touch(state: State, motion: Motion, goal: Goal, gains: Gains) -> State:
     gone = ((motion.x_m - goal.start_x_m) * across_x + (motion.y_m - goal.start_y_m) * across_y) / length
     surplus = gone - (length / 2.0 - (gains.front_reach_m if forwards else gains.rear_reach_m))
     margin = _TOUCH_MARGIN_M + gains.max_speed_m_s * gains.period_s
+    phase, course, aims = BACK, state.course_rad + math.pi, state.aims
     if surplus > margin:
-        course = math.atan2(goal.target_y_m - motion.y_m, goal.target_x_m - motion.x_m)
-        return aim(OUTWARD, course, motion.heading_rad, state.aims, state.careful)
-    if surplus < -margin and state.aims < gains.reaim_limit:
-        return aim(AGAIN, state.course_rad + math.pi, motion.heading_rad, state.aims + 1, state.careful)
-    return aim(BACK, state.course_rad + math.pi, motion.heading_rad, state.aims, state.careful)
+        phase, course = OUTWARD, math.atan2(goal.target_y_m - motion.y_m, goal.target_x_m - motion.x_m)
+    elif surplus < -margin and aims < gains.reaim_limit:
+        phase, aims = AGAIN, aims + 1
+    turned_back: State = aim(phase, course, motion.heading_rad, aims, state.careful)
+    return turned_back
 
 
 @njit(inline="always")

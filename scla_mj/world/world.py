@@ -177,7 +177,7 @@ class World:
         `scratch` is a fresh `MjData` of the model, for the robot to come to rest in.
         """
         scratch.qpos[2] += _DROP_M
-        mujoco.mj_step(self.model, scratch, nstep=round(_SETTLING_S / self.model.opt.timestep))
+        self._let_rest(scratch)
         resting: NDArray[np.float64] = scratch.qpos.copy()
         qw, qx, qy, qz = resting[3:7].tolist()
         half = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)) / 2
@@ -188,13 +188,20 @@ class World:
 
     def _settle(self) -> NDArray[np.float64]:
         """Let the robot come to rest, and return its qpos there, at the origin, heading along +x."""
-        mujoco.mj_step(self.model, self.data, nstep=round(_SETTLING_S / self.model.opt.timestep))
+        self._let_rest(self.data)
         resting: NDArray[np.float64] = self.data.qpos.copy()
         pitch = 2 * math.atan2(resting[5], resting[3])
         resting[:2] = 0.0
         resting[3:7] = math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0
         resting[7:] = 0.0
         return resting
+
+    def _let_rest(self, data: Any) -> None:
+        """Let the robot stand until it rests, at the floor's centre: through a closed cell that may be there."""
+        touchable = self.model.geom_contype.copy()
+        self.model.geom_contype[:] = 0
+        mujoco.mj_step(self.model, data, nstep=round(_SETTLING_S / self.model.opt.timestep))
+        self.model.geom_contype[:] = touchable
 
 
 def _silence_warning_log() -> None:

@@ -51,6 +51,16 @@ def test_a_spawned_robot_rests_where_it_was_put():
     assert world.steps == 0
 
 
+def test_a_closed_cell_at_the_floors_centre_does_not_change_how_the_robot_stands():
+    open_floor = World(Grid((3, 3), Cell(3, 3), 0.30), CLOCK)
+    closed = World(Grid((3, 3), Cell(3, 3), 0.30, frozenset({Cell(2, 2)})), CLOCK)
+    for world in (open_floor, closed):
+        world.spawn(Cell(1, 1), 0.5)
+    assert (closed.data.qpos == open_floor.data.qpos).all()
+    roll(closed, 0, 0, 50)
+    assert np.abs(closed.data.qvel).max() < 1e-4
+
+
 def test_the_floor_carries_exactly_the_weight():
     world = make_world()
     world.spawn(Cell(3, 3), 0.3)
