@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -170,3 +171,11 @@ def test_the_command_prints_and_writes_every_table(tmp_path, capsys, monkeypatch
     assert figures["move"]["bare_ratio"] == 1.0
     assert {f"{key}.csv" for key in suites.SUITES["rollout"].keys} <= {path.name for path in tmp_path.iterdir()}
     assert "CPU time of a move" in capsys.readouterr().out
+
+
+def test_the_page_has_a_place_for_every_table_and_picture():
+    page = (Path(__file__).parents[2] / "docs" / "performance.md").read_text(encoding="utf-8")
+    for suite in suites.SUITES.values():
+        empty = [sheet.Sheet(key, "", (), (), "", {}) for key in suite.keys]
+        sheet.replace_tables(page, empty, machine="")
+        assert all(f"(performance/{picture})" in page for picture in suite.pictures)
