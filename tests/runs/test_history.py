@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from scla_mj.runs.checkpoint import read_checkpoint, write_checkpoint
 from scla_mj.runs.history import WeightHistory
 
 
@@ -27,3 +28,17 @@ def test_a_brain_without_synapses_has_an_empty_curve(walk):
     for record in walk(1, 10, spiking=False):
         history.add(record)
     assert history.curve().mean_weights.shape == (0, 8)
+
+
+@pytest.mark.parametrize("cut", [0, 1, 8, 9, 50])
+def test_a_history_that_was_saved_goes_on_as_if_it_had_not_been(walk, tmp_path, cut):
+    whole, before, after = (WeightHistory(capacity=8) for _ in range(3))
+    records = list(walk(1, 70))
+    for number, record in enumerate(records):
+        whole.add(record)
+        if number == cut:
+            write_checkpoint(tmp_path, before.state())
+            after.restore(read_checkpoint(tmp_path))
+        (before if number < cut else after).add(record)
+    for one, other in zip(whole.curve(), after.curve(), strict=True):
+        assert one.tobytes() == other.tobytes()
