@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 
 from scla_mj.brain.registry import BRAINS, build_brain
 from scla_mj.experiments.checked_brain import CheckedBrain
+from scla_mj.loop.ahead import CompiledAhead
 from scla_mj.loop.drive import Driver
 from scla_mj.loop.floor import DirectionNoise
 from scla_mj.loop.localiser import Localiser
+from scla_mj.loop.periods import run_periods
 from scla_mj.loop.trial import Trial
 from scla_mj.randomness import Consumer, generator
 from scla_mj.world.disturbance import Disturbance
@@ -26,6 +28,8 @@ def build_trial(config: RunConfig) -> Trial:
     """
     config.check()
     grid, clock = config.build_grid(), config.build_clock()
+    # Of the brains only these have a network to compile in the meantime; the plain drive is what is compiled ahead.
+    ahead = CompiledAhead(run_periods) if config.brain in ("scla", "network") else None
     world = World(grid, clock)
     brain = build_brain(config, clock)
     disturbance = Disturbance(
@@ -48,7 +52,12 @@ def build_trial(config: RunConfig) -> Trial:
         world=world,
         brain=brain if config.brain in BRAINS else CheckedBrain(brain, config.brain, cells=grid.cells),
         driver=Driver(
-            world, clock, config.controller, disturbance=disturbance.interference, odometer=localiser.odometer
+            world,
+            clock,
+            config.controller,
+            disturbance=disturbance.interference,
+            odometer=localiser.odometer,
+            ahead=ahead,
         ),
         noise=DirectionNoise(config.world.direction_noise, rng=generator(config.seed, Consumer.DIRECTION_NOISE)),
         disturbance=disturbance,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
     from scla_mj.control.controller import State
+    from scla_mj.loop.ahead import CompiledAhead
     from scla_mj.sense.odometry import Odometer
     from scla_mj.world.interference import Interference
     from scla_mj.world.world import World
@@ -28,7 +29,7 @@ class Driver:
     """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back.
 
     `disturbance` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
-    the truth.
+    the truth; `ahead` is waited for before the first drive.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class Driver:
         *,
         disturbance: Interference | None = None,
         odometer: Odometer | None = None,
+        ahead: CompiledAhead | None = None,
     ) -> None:
         self._world = world
         self._clock = clock
@@ -62,7 +64,7 @@ class Driver:
             data.ctrl,
             world.touch,
         )
-        self._disturbance, self._odometer = disturbance, odometer
+        self._disturbance, self._odometer, self._ahead = disturbance, odometer, ahead
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
         self._filled = 0
@@ -107,6 +109,9 @@ class Driver:
         self._rows[: self._filled] = state["rows"]
 
     def _run(self, state: State, goal: Goal, limit: int) -> tuple[int, int]:
+        if self._ahead is not None:
+            self._ahead.join()
+            self._ahead = None
         periods, status = run_periods(
             self._body,
             state,
