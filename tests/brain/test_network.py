@@ -5,61 +5,14 @@ import math
 
 import numpy as np
 import pytest
-from network_oracle import DenseNetwork, Settings
+from network_oracle import Settings
+from network_pair import PLASTICITY, QUIET, build, oracle_and_network, run_both
 from scipy.integrate import solve_ivp
 
-from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS, populations_of
+from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS
 from scla_mj.brain.network import kernel
-from scla_mj.brain.network.network import Network
-from scla_mj.config import NetworkConfig, PlasticityConfig
+from scla_mj.config import NetworkConfig
 from scla_mj.errors import SclaError
-
-QUIET = NetworkConfig(
-    precision="float64", sensory_noise=0.0, motor_noise=0.0, inhibitory_noise=0.0, inhibitory_to_motor=-0.625
-)
-PLASTICITY = PlasticityConfig()
-CHUNK_MS = 50
-
-
-def build(network=QUIET, plasticity=PLASTICITY, *, neural_step_ms=1.0, seed=0, neurons=1000):
-    streams = np.random.SeedSequence(seed).spawn(2)
-    return Network(
-        network,
-        plasticity,
-        neural_step_ms=neural_step_ms,
-        weights=np.random.default_rng(streams[0]),
-        noise=streams[1],
-        neurons=neurons,
-    )
-
-
-def dyadic(rng, shape, low, high):
-    """Multiples of 2^-10: their sums are exact in any order."""
-    return rng.integers(int(low * 1024), int(high * 1024), shape) / 1024.0
-
-
-def oracle_and_network(rng, plasticity=PLASTICITY):
-    """Both with the same dyadic weights; the constants come from two places on purpose."""
-    weights = dyadic(rng, (8, 100, 100), 0.5, 1.5)
-    network = build(plasticity=plasticity)
-    network.weights[:] = weights
-    return DenseNetwork(weights), network
-
-
-def run_both(oracle, network, rng, chunks, reward=None):
-    """Deterministic input that changes every 50 ms; returns both spike trains as (step, neuron) rows."""
-    expected, found = [], []
-    for chunk in range(chunks):
-        drive = dyadic(rng, 1000, 0.0, 12.0)
-        if reward is not None and chunk % 4 == 3:
-            release = reward(rng)
-            oracle.d = oracle.d + release
-            network.release_dopamine(release)
-        spikes = network.run(CHUNK_MS, drive, first_step=chunk * CHUNK_MS)
-        found.append(np.column_stack((spikes.step, spikes.neuron)))
-        for step in range(chunk * CHUNK_MS, (chunk + 1) * CHUNK_MS):
-            expected += [(step, neuron) for neuron in oracle.step(drive)]
-    return np.array(expected), np.concatenate(found)
 
 
 def test_two_seconds_without_reward_give_the_spike_train_of_the_oracle_bit_for_bit():
@@ -279,37 +232,6 @@ def test_the_population_counts_are_those_of_the_spikes():
     np.testing.assert_array_equal(spikes.counts, np.histogram(spikes.neuron, [*starts, 1000])[0])
     assert np.all(np.diff(spikes.step) >= 0)
     assert spikes.step.max() < 2500
-
-
-def halves_of(neurons):
-    """Which neurons of a network of 2000 are the first, and which the second, of two networks of 1000: (2, 1000)."""
-    ranges = [np.arange(population.start, population.stop) for population in populations_of(neurons)]
-    return np.concatenate([np.split(members, 2) for members in ranges], axis=1)
-
-
-def test_a_network_of_2000_neurons_fed_twice_alike_is_the_oracle_twice():
-    rng = np.random.default_rng(4)
-    oracle, small = oracle_and_network(rng)
-    large = build(neurons=2000)
-    large.weights[:] = np.stack([small.weights, small.weights], axis=1)
-    halves = halves_of(2000)
-    spikes = 0
-    for chunk in range(20):
-        drive, doubled = dyadic(rng, 1000, 0.0, 12.0), np.empty(2000)
-        doubled[halves] = drive
-        release = rng.uniform(-0.5, 0.5, 8) if chunk % 4 == 3 else np.zeros(8)
-        oracle.d = oracle.d + release
-        large.release_dopamine(release)
-        found = large.run(CHUNK_MS, doubled)
-        expected = [(step, neuron) for step in range(CHUNK_MS) for neuron in oracle.step(drive)]
-        for half in halves:
-            mine = np.isin(found.neuron, half)
-            neuron = np.searchsorted(half, found.neuron[mine])
-            np.testing.assert_array_equal(np.column_stack((found.step[mine], neuron)), expected)
-        spikes += len(expected)
-    assert spikes > 5_000
-    for block in range(2):
-        np.testing.assert_allclose(large.weights[:, block], oracle.w, rtol=0, atol=1e-12)
 
 
 def test_a_network_that_runs_away_is_reported_in_a_sentence():
