@@ -91,7 +91,7 @@ def test_a_decision_costs_what_a_long_run_takes_beyond_a_run_of_one():
 
 
 def test_a_median_leaves_the_first_repetition_and_the_preparation_out():
-    spent = iter([0.2, 0.01, 0.01, 0.01])
+    spent = iter([0.2, 0.01])
 
     def burn(seconds):
         end = timing.time.process_time() + seconds
@@ -100,9 +100,9 @@ def test_a_median_leaves_the_first_repetition_and_the_preparation_out():
 
     contender = timing.Contender(lambda: burn(0.05), lambda _: burn(next(spent)))
     ticks = []
-    found = timing.median_cpu_s({"burn": contender}, repetitions=3, watch=lambda: ticks.append(1))
+    found = timing.median_cpu_s({"burn": contender}, repetitions=1, watch=lambda: ticks.append(1))
     assert 0.009 < found["burn"] < 0.04
-    assert len(ticks) == 4
+    assert len(ticks) == 2
 
 
 def test_growth_is_judged_by_ten_times_as_many_neurons():

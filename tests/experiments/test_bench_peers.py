@@ -38,12 +38,13 @@ def test_the_numpy_peer_gives_our_spikes_and_weights(trains):
     assert require_same("numpy", HALF_A_SECOND, ours, theirs) < 1e-12
 
 
-def test_one_spike_a_millisecond_late_is_refused(trains):
+@pytest.mark.parametrize("field", ["step", "neuron"])
+def test_one_spike_a_millisecond_late_or_of_another_neuron_is_refused(trains, field):
     ours, theirs = trains
-    step = theirs.step.copy()
-    step[1234] += 1
+    wrong = getattr(theirs, field).copy()
+    wrong[1234] += 1
     with pytest.raises(SclaError, match="spike 1234 is of neuron"):
-        require_same("numpy", HALF_A_SECOND, ours, theirs._replace(step=step))
+        require_same("numpy", HALF_A_SECOND, ours, theirs._replace(**{field: wrong}))
 
 
 def test_a_missing_last_spike_is_refused(trains):

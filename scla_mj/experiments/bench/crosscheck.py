@@ -100,7 +100,7 @@ def require_same(peer: str, check: Check, ours: Train, theirs: Train) -> float:
 def sheet(found: list[tuple[str, Check, int, float]]) -> Sheet:
     """Return the table of comparisons that held: peer, check, spikes, largest difference of a weight."""
     rows = tuple(
-        (peer, check.name, f"{check.seconds} s", f"{spikes:,}", "identical", f"{apart:.1e}")
+        (peer, check.name, f"{check.seconds} s", f"{spikes:,}", "identical", f"{apart:.1e}" if check.plastic else "")
         for peer, check, spikes, apart in found
     )
     return Sheet(
