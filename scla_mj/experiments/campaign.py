@@ -84,10 +84,16 @@ def _run(config: RunConfig, folder: Path) -> None:
     from scla_mj.experiments.rollout import rollout  # each process imports the simulators for itself
 
     unfinished = folder.with_name(folder.name + _UNFINISHED)
-    if unfinished.exists():
-        shutil.rmtree(unfinished)
-    rollout(config, unfinished, pictures=False)
-    unfinished.rename(folder)
+    try:
+        if unfinished.exists():
+            shutil.rmtree(unfinished)
+        rollout(config, unfinished, pictures=False)
+        unfinished.rename(folder)
+    except OSError as error:
+        why = error.strerror or error
+        raise SclaError(
+            f"cannot make {folder} out of {unfinished}: {why}; move them away or choose another OUT"
+        ) from error
 
 
 def _check_same(folder: Path, config: RunConfig) -> None:
