@@ -57,6 +57,7 @@ def build_trial(config: RunConfig) -> Trial:
             config.controller,
             disturbance=disturbance.interference,
             odometer=localiser.odometer,
+            look=localiser.look,
             ahead=ahead,
         ),
         noise=DirectionNoise(config.world.direction_noise, rng=generator(config.seed, Consumer.DIRECTION_NOISE)),

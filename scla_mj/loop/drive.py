@@ -9,11 +9,13 @@ import numpy as np
 
 from scla_mj.control.controller import ARRIVED, RETURNED, STAND_STILL, START, Goal, make_gains
 from scla_mj.grid import Action, Cell
-from scla_mj.loop.periods import Body, run_periods
+from scla_mj.loop.periods import FAULT, Body, run_periods
 from scla_mj.loop.periods import mj_step as mj_step
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from scla_mj.clock import Clock
@@ -29,7 +31,7 @@ class Driver:
     """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back.
 
     `disturbance` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
-    the truth; `ahead` is waited for before the first drive.
+    the truth, and `look` what puts that right from where the robot stands; `ahead` is waited for before the first drive.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class Driver:
         *,
         disturbance: Interference | None = None,
         odometer: Odometer | None = None,
+        look: Callable[[], None] | None = None,
         ahead: CompiledAhead | None = None,
     ) -> None:
         self._world = world
@@ -64,7 +67,7 @@ class Driver:
             data.ctrl,
             world.touch,
         )
-        self._disturbance, self._odometer, self._ahead = disturbance, odometer, ahead
+        self._disturbance, self._odometer, self._look, self._ahead = disturbance, odometer, look, ahead
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
         self._filled = 0
@@ -90,6 +93,8 @@ class Driver:
         self._reserve(self._timeout_periods)
         before = start_cell if self._odometer is None else self._true_cell(start_cell)
         periods, status = self._run(START, goal, self._timeout_periods)
+        if self._odometer is not None and self._look is not None and self._can_go_on():
+            periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
         trajectory = self._rows[: self._filled].copy()
         self._filled = 0
         duration_s = periods * self._clock.control_period_s
@@ -126,6 +131,29 @@ class Driver:
         self._filled += periods
         self.periods += periods
         self._world.steps += periods * self._clock.physics_steps_per_control
+        return periods, status
+
+    def _look_and_come_closer(
+        self, odometer: Odometer, look: Callable[[], None], goal: Goal, periods: int, status: int
+    ) -> tuple[int, int]:
+        """Look where the drive has led, and drive on as long as that is not where it was to end.
+
+        Returns:
+            The periods of the whole move, and the status of its first drive, unless the robot fell on a later one.
+        """
+        look()
+        for _ in range(self._gains.reaim_limit):
+            x_m, y_m = float(odometer.estimate[0]), float(odometer.estimate[1])
+            outward = status == ARRIVED
+            end = (goal.target_x_m, goal.target_y_m) if outward else (goal.start_x_m, goal.start_y_m)
+            close = math.hypot(end[0] - x_m, end[1] - y_m) <= self._gains.reaim_distance_m
+            if status not in (ARRIVED, RETURNED) or close or periods >= self._timeout_periods:
+                break
+            more, ended = self._run(START, Goal(x_m, y_m, *end), self._timeout_periods - periods)
+            periods += more
+            if ended == FAULT:
+                return periods, FAULT
+            look()
         return periods, status
 
     def _true_cell(self, believed: Cell) -> Cell:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scla_mj.sense.odometry import make_odometer, place
-from scla_mj.sense.ranging import MAX_RANGE_M, RANGE_NOISE_M, RAYS, corrected_pose, make_map, ray_angles
+from scla_mj.sense.ranging import MAX_RANGE_M, RANGE_NOISE_M, RAYS, located_pose, make_map, ray_angles
 from scla_mj.signals import Localised
 from scla_mj.world.rangefinder import ranges_m
 
@@ -53,7 +53,7 @@ class Localiser:
         ranges = ranges_m(self._world, self._angles, reach_m=MAX_RANGE_M)
         measured = ranges + self._rng.normal(0.0, RANGE_NOISE_M, RAYS)
         pose = self.odometer.estimate[:3]
-        pose[:] = corrected_pose(self._map, pose, self._angles, measured)
+        pose[:] = located_pose(self._map, pose, self._angles, measured)
 
     def error(self) -> Localised | None:
         """Return how far the belief is from the truth; None where the truth is told."""

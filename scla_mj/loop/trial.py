@@ -75,7 +75,7 @@ class Trial:
         self.brain.elapse(move.duration_s)
         hit = not move.fallen and move.after == self._grid.target
         move = self._given_up(move, hit)
-        now = self._look(move, percept)
+        now = self._sense_after(move, percept)
         self.brain.learn(Feedback(percept, chosen.action, executed, move.outcome, now, hit))
         activity = self.brain.activity()
         if hit or move.fallen:
@@ -121,14 +121,11 @@ class Trial:
         believed_m = None if self._localiser.odometer is None else self._localiser.position_m()
         return self._sensor.sense(pose.x_m, pose.y_m, believed_m)
 
-    def _look(self, move: Move, before: Percept) -> Percept:
+    def _sense_after(self, move: Move, before: Percept) -> Percept:
         """Return what the robot senses after a move; one that is to be put down elsewhere knows no more than before."""
         if self.world.can_drive():
             self._refuse_faults()
-        if move.fallen:
-            return before
-        self._localiser.look()
-        return self._sense()
+        return before if move.fallen else self._sense()
 
     def _given_up(self, move: Move, hit: bool) -> Move:
         """Count failures in a row, and take a robot that does nothing but fail for one that cannot drive on."""

@@ -28,6 +28,11 @@ _HEADING_PRIOR_RAD: Final = 0.01
 to a tenth of a degree a move, and five times that leaves room for what the last correction was off."""
 _OUTLIER_M: Final = 0.05
 """A range that is further than this from what the map says counts for less and less: it may have met another wall."""
+_LOST_M: Final = 3 * RANGE_NOISE_M
+"""Where the ranges miss the map by more than this on average, the robot is not near the place it believes to be."""
+_SEARCH_STEPS: Final = 4
+_SEARCH_STEP_M: Final = 0.1
+"""It then looks around for a better place, on a lattice of 0.4 m about it: as far as a move can lead astray."""
 _ITERATIONS: Final = 5
 """Gauss-Newton converges within three; two more for ranges that jump from one wall to the next."""
 
@@ -132,3 +137,38 @@ def corrected_pose(
             gradient += weight * error * slope
         estimate += np.linalg.solve(information, gradient)
     return estimate
+
+
+@cached_njit()
+def misfit_m(
+    floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
+) -> float:
+    """Return by how much the ranges that gave an echo differ from what the map says for a pose, on average; 0 of none.
+
+    A place where the map says that there is nothing to meet is infinitely wrong.
+    """
+    total, count = 0.0, 0
+    for angle, measured in zip(angles_rad, ranges_m):  # noqa: B905 numba knows no strict
+        if math.isfinite(measured):
+            total += abs(measured - expected_range(floor, pose[0], pose[1], pose[2] + angle)[0])
+            count += 1
+    return total / count if count else 0.0
+
+
+@cached_njit()
+def located_pose(
+    floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return `corrected_pose`, from the best of the places around where the ranges do not fit the believed one."""
+    best = corrected_pose(floor, pose, angles_rad, ranges_m)
+    least = misfit_m(floor, best, angles_rad, ranges_m)
+    if least <= _LOST_M:
+        return best
+    for i in range(-_SEARCH_STEPS, _SEARCH_STEPS + 1):
+        for j in range(-_SEARCH_STEPS, _SEARCH_STEPS + 1):
+            start = pose + np.array([i * _SEARCH_STEP_M, j * _SEARCH_STEP_M, 0.0])
+            found = corrected_pose(floor, start, angles_rad, ranges_m)
+            misfit = misfit_m(floor, found, angles_rad, ranges_m)
+            if misfit < least:
+                best, least = found, misfit
+    return best
