@@ -168,10 +168,10 @@ def make_gains(
 
 
 @njit(inline="always")
-def begin(goal: Goal, heading_rad: float) -> State:
+def begin(goal: Goal, heading_rad: float, careful: bool = False) -> State:
     """Return the state at the start of a move: outward bound, in reverse if the target lies behind."""
     course = math.atan2(goal.target_y_m - goal.start_y_m, goal.target_x_m - goal.start_x_m)
-    state: State = aim(OUTWARD, course, heading_rad, 0, False)
+    state: State = aim(OUTWARD, course, heading_rad, 0, careful)
     return state
 
 

@@ -31,7 +31,12 @@ class Driver:
     """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back.
 
     `disturbance` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
-    the truth, and `look` what puts that right from where the robot stands; `ahead` is waited for before the first drive.
+    the truth, and `look` what puts that right from where the robot stands, and says by how many metres; `ahead` is
+    waited for before the first drive.
+
+    Attributes:
+        careful: whether it drives as on slippery ground: so it does once a look has found it where its wheels did not
+            take it. Who puts the robot down elsewhere sets it back.
     """
 
     def __init__(
@@ -42,7 +47,7 @@ class Driver:
         *,
         disturbance: Interference | None = None,
         odometer: Odometer | None = None,
-        look: Callable[[], None] | None = None,
+        look: Callable[[], float] | None = None,
         ahead: CompiledAhead | None = None,
     ) -> None:
         self._world = world
@@ -72,6 +77,7 @@ class Driver:
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
         self._filled = 0
         self.periods = 0
+        self.careful = False
 
     @property
     def time_s(self) -> float:
@@ -92,7 +98,7 @@ class Driver:
         goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(start_cell.after(action)))
         self._reserve(self._timeout_periods)
         before = start_cell if self._odometer is None else self._true_cell(start_cell)
-        periods, status = self._run(START, goal, self._timeout_periods)
+        periods, status = self._run(self._start(), goal, self._timeout_periods)
         if self._odometer is not None and self._look is not None and self._can_go_on():
             periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
         trajectory = self._rows[: self._filled].copy()
@@ -104,11 +110,11 @@ class Driver:
 
     def state(self) -> dict[str, Any]:
         """Return the run's time, and the rows that no move has taken yet."""
-        return {"periods": self.periods, "rows": self._rows[: self._filled].copy()}
+        return {"periods": self.periods, "careful": self.careful, "rows": self._rows[: self._filled].copy()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state`; the robot itself is the world's."""
-        self.periods, self._filled = state["periods"], 0
+        self.periods, self.careful, self._filled = state["periods"], state["careful"], 0
         self._reserve(len(state["rows"]))
         self._filled = len(state["rows"])
         self._rows[: self._filled] = state["rows"]
@@ -134,14 +140,14 @@ class Driver:
         return periods, status
 
     def _look_and_come_closer(
-        self, odometer: Odometer, look: Callable[[], None], goal: Goal, periods: int, status: int
+        self, odometer: Odometer, look: Callable[[], float], goal: Goal, periods: int, status: int
     ) -> tuple[int, int]:
         """Look where the drive has led, and drive on as long as that is not where it was to end.
 
         Returns:
             The periods of the whole move, and the status of its first drive, unless the robot fell on a later one.
         """
-        look()
+        self.careful |= look() > self._gains.reaim_distance_m
         for _ in range(self._gains.reaim_limit):
             x_m, y_m = float(odometer.estimate[0]), float(odometer.estimate[1])
             outward = status == ARRIVED
@@ -149,12 +155,15 @@ class Driver:
             close = math.hypot(end[0] - x_m, end[1] - y_m) <= self._gains.reaim_distance_m
             if status not in (ARRIVED, RETURNED) or close or periods >= self._timeout_periods:
                 break
-            more, ended = self._run(START, Goal(x_m, y_m, *end), self._timeout_periods - periods)
+            more, ended = self._run(self._start(), Goal(x_m, y_m, *end), self._timeout_periods - periods)
             periods += more
             if ended == FAULT:
                 return periods, FAULT
-            look()
+            self.careful |= look() > self._gains.reaim_distance_m
         return periods, status
+
+    def _start(self) -> State:
+        return START._replace(careful=self.careful)
 
     def _true_cell(self, believed: Cell) -> Cell:
         """Return the cell that the robot stands in, or the believed one where it does not stand."""

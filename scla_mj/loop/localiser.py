@@ -46,14 +46,20 @@ class Localiser:
             pose = self._world.pose()
             place(self.odometer, pose.x_m, pose.y_m, pose.heading_rad, self._world.wheel_angles_rad())
 
-    def look(self) -> None:
-        """Put the believed pose right by what the range rays see from here, where the robot has any."""
+    def look(self) -> float:
+        """Put the believed pose right by what the range rays see from here, where the robot has any.
+
+        Returns:
+            By how far the believed place was moved, in metres.
+        """
         if self.odometer is None or self._map is None:
-            return
+            return 0.0
         ranges = ranges_m(self._world, self._angles, reach_m=MAX_RANGE_M)
         measured = ranges + self._rng.normal(0.0, RANGE_NOISE_M, RAYS)
         pose = self.odometer.estimate[:3]
-        pose[:] = located_pose(self._map, pose, self._angles, measured)
+        before = pose.copy()
+        pose[:] = located_pose(self._map, before, self._angles, measured)
+        return float(np.hypot(*(pose - before)[:2]))
 
     def error(self) -> Localised | None:
         """Return how far the belief is from the truth; None where the truth is told."""

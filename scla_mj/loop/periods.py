@@ -119,7 +119,7 @@ def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
             if odometer is not None:
                 motion = _believed_motion(odometer, motion)
             if state.phase == STARTING:
-                state = begin(goal, motion.heading_rad)
+                state = begin(goal, motion.heading_rad, state.careful)
             state, left, right, status = tick(state, motion, goal, gains)
             if not (math.isfinite(left) and math.isfinite(right)):
                 return period, FAULT

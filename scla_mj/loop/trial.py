@@ -147,4 +147,5 @@ class Trial:
         self._disturbance.renew()
         self.world.spawn(cell, heading_rad)
         self._localiser.told()
+        self._driver.careful = False
         self._failures = 0
