@@ -46,6 +46,7 @@ def test_the_replayed_physics_and_moves_end_where_the_rollouts_ended(recorded):
     np.testing.assert_array_equal(bare.data.qpos, ended)
     tape.replay_moves(moved, Driver(moved, clock, CONFIG.controller), played, clock.thinking_controls)
     np.testing.assert_array_equal(moved.data.qpos, ended)
+    assert moved.data.time == bare.data.time
 
 
 def test_the_floor_is_the_networks_own_neurons_and_noise():
