@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scla_mj.control.controller import ARRIVED, RETURNED, STAND_STILL, START, Goal, make_gains
+from scla_mj.control.motion import ARRIVED, RETURNED, STAND_STILL, START, Goal, make_gains
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.periods import FAULT, Body, run_periods
 from scla_mj.loop.periods import mj_step as mj_step
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
-    from scla_mj.control.controller import State
+    from scla_mj.control.motion import State
     from scla_mj.loop.ahead import CompiledAhead
     from scla_mj.sense.odometry import Odometer
     from scla_mj.world.interference import Interference

@@ -13,8 +13,9 @@ import numpy as np
 from numba import njit, types
 
 from scla_mj.compiled import cached_njit
-from scla_mj.control import controller, profile
-from scla_mj.control.controller import DRIVING, FRONT, REAR, STARTING, Goal, Motion, begin, tick
+from scla_mj.control import caution, controller, motion, profile
+from scla_mj.control.controller import begin, tick
+from scla_mj.control.motion import DRIVING, FRONT, REAR, STARTING, Goal, Motion
 from scla_mj.sense import odometry
 from scla_mj.sense.odometry import advance
 from scla_mj.world import interference
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scla_mj.control.controller import Gains, State
+    from scla_mj.control.motion import Gains, State
     from scla_mj.sense.odometry import Odometer
     from scla_mj.world.interference import Interference
 
@@ -146,7 +147,7 @@ def _source_digest(*modules: ModuleType) -> str:
     return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
 
 
-run_periods: Final = _compile(_source_digest(controller, profile, interference, odometry))
+run_periods: Final = _compile(_source_digest(caution, controller, motion, profile, interference, odometry))
 """Run control periods until the move ends or `limit` periods have passed.
 
 Args, in this order: the body; the controller's state, goal and gains; what comes between the command and the wheels

@@ -9,17 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scla_mj.config import ControllerConfig
-from scla_mj.control.controller import (
-    ARRIVED,
-    DRIVING,
-    RETURNED,
-    STAND_STILL,
-    Goal,
-    Motion,
-    begin,
-    make_gains,
-    tick,
-)
+from scla_mj.control.controller import begin, tick
+from scla_mj.control.motion import ARRIVED, DRIVING, RETURNED, STAND_STILL, Goal, Motion, make_gains
 from scla_mj.control.profile import braking_speed, slew, wrap_angle
 
 PERIOD_S, RADIUS_M, TRACK_M = 0.01, 0.033, 0.160
