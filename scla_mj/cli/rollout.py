@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +11,7 @@ import tyro.conf
 from scla_mj.cli.folders import folder
 from scla_mj.cli.going import carry_out
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
+from scla_mj.disturbances import DisturbanceSet, with_sets
 from scla_mj.errors import SclaError
 
 
@@ -21,6 +22,8 @@ class Rollout:
     path: Annotated[Path, tyro.conf.Positional, folder("RUN")]
     """Folder to make; refused if it already holds a run."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")] = field(default_factory=RunConfig)
+    disturb: tuple[DisturbanceSet, ...] = ()
+    """Sets of disturbances to drive under: shorthand for --disturbance.* (docs/disturbance.md)."""
     checkpoint_period_s: float = CHECKPOINT_PERIOD_S
     """Wall time between two checkpoints, from which `scla-mj resume RUN` can go on; it changes no bit of the run."""
 
@@ -28,16 +31,17 @@ class Rollout:
         """Run the rollout; return the exit code."""
         from scla_mj.experiments.rollout import rollout
 
-        self.config.check()
-        jump_epoch, epochs = self.config.world.jump_epoch, self.config.epochs
+        config = replace(self.config, disturbance=with_sets(self.config.disturbance, self.disturb))
+        config.check()
+        jump_epoch, epochs = config.world.jump_epoch, config.epochs
         if jump_epoch > epochs:
             raise SclaError(
                 f"--world.jump-epoch is {jump_epoch}: the run ends after {epochs} epochs; choose one of them"
             )
         carry_out(
             self.path,
-            self.config,
+            config,
             self.checkpoint_period_s,
-            lambda **how: rollout(self.config, self.path, **how),
+            lambda **how: rollout(config, self.path, **how),
         )
         return 0

@@ -50,6 +50,12 @@ def epoch_table(summary: Summary) -> Table:
         f"{moved.commanded} moves: {moved.completed} completed, {moved.blocked} blocked, {moved.failed} failed\n"
         f"largest position error {error}; {summary.simulated_s:.0f} s simulated in {summary.wall_s:.0f} s"
     )
+    found = summary.localisation
+    if found is not None:
+        table.caption += (
+            f"\nbelieved place off by {1000 * found.mean_error_m:.1f} mm on average, {1000 * found.max_error_m:.0f} mm"
+            f" at most; in the wrong cell at {found.wrong_cells} decisions"
+        )
     return table
 
 

@@ -13,7 +13,7 @@ from scla_mj.markov import ceiling_hits_per_1000
 from scla_mj.paths import SUMMARY_JSON
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.settings import settings_from_json
-from scla_mj.signals import DecisionRecord, Outcome
+from scla_mj.signals import DecisionRecord, Localised, Outcome
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,21 @@ class Transitions:
 
 
 @dataclass(frozen=True)
+class LocalisationSummary:
+    """How far from the truth the robot believed to be when it decided, and how often it took its cell for another."""
+
+    max_error_m: float
+    mean_error_m: float
+    wrong_cells: int
+
+
+@dataclass(frozen=True)
 class Summary:
-    """The whole of `summary.json`; `max_position_error_m` is None if a pose was not finite."""
+    """The whole of `summary.json`.
+
+    `max_position_error_m` is None if a pose was not finite, and `localisation` where the simulator tells the robot its
+    place.
+    """
 
     protocol: StartProtocol
     seed: int
@@ -58,6 +71,7 @@ class Summary:
     max_position_error_m: float | None
     simulated_s: float
     wall_s: float
+    localisation: LocalisationSummary | None = None
 
 
 def epoch_summary(
@@ -91,6 +105,27 @@ class _Count:
     mean_weights: tuple[float, ...] | None = None
 
 
+@dataclass
+class _Beliefs:
+    """What is counted of a robot that finds its own place; errors in metres."""
+
+    decisions: int = 0
+    max_error_m: float = 0.0
+    total_error_m: float = 0.0
+    wrong_cells: int = 0
+
+    def add(self, localised: Localised) -> None:
+        self.decisions += 1
+        self.max_error_m = max(self.max_error_m, localised.error_m)
+        self.total_error_m += localised.error_m
+        self.wrong_cells += not localised.right_cell
+
+    def summary(self) -> LocalisationSummary | None:
+        if not self.decisions:
+            return None
+        return LocalisationSummary(self.max_error_m, self.total_error_m / self.decisions, self.wrong_cells)
+
+
 class Tally:
     """Counts a run's decisions; `summary()` may be asked for at any time."""
 
@@ -99,6 +134,7 @@ class Tally:
         self._counts: dict[int, _Count] = {}
         self._outcomes = dict.fromkeys(Outcome, 0)
         self._max_error_m = 0.0
+        self._beliefs = _Beliefs()
 
     def add(self, record: DecisionRecord) -> None:
         """Count one decision."""
@@ -113,6 +149,8 @@ class Tally:
         error_m = abs(record.move.position_error_m)
         if error_m > self._max_error_m or math.isnan(error_m):  # a NaN stays: nothing is above it
             self._max_error_m = error_m
+        if record.localised is not None:
+            self._beliefs.add(record.localised)
 
     @property
     def decisions(self) -> int:
@@ -131,7 +169,8 @@ class Tally:
             for epoch, count in self._counts.items()
         }
         outcomes = {outcome.value: number for outcome, number in self._outcomes.items()}
-        return {"counts": counts, "outcomes": outcomes, "max_error_m": self._max_error_m}
+        beliefs = asdict(self._beliefs)
+        return {"counts": counts, "outcomes": outcomes, "max_error_m": self._max_error_m, "beliefs": beliefs}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from a `state`."""
@@ -144,6 +183,7 @@ class Tally:
             )
         self._outcomes = {outcome: state["outcomes"][outcome.value] for outcome in Outcome}
         self._max_error_m = state["max_error_m"]
+        self._beliefs = _Beliefs(**state["beliefs"])
 
     def summary(self, *, simulated_s: float, wall_s: float) -> Summary:
         """Return the figures so far, with the times that the caller's clocks show."""
@@ -164,6 +204,7 @@ class Tally:
             max_position_error_m=self._max_error_m if math.isfinite(self._max_error_m) else None,
             simulated_s=simulated_s,
             wall_s=wall_s,
+            localisation=self._beliefs.summary(),
         )
 
 

@@ -10,9 +10,12 @@ from scla_mj.errors import SclaError
 from scla_mj.paths import SUMMARY_JSON
 from scla_mj.runs.decisions import DecisionLog, read_decisions
 from scla_mj.runs.summary import Tally, epoch_summary, read_summary, write_summary
-from scla_mj.signals import Outcome
+from scla_mj.signals import Localised, Outcome
 
-KEYS = "protocol seed cells target ceiling_hits_per_1000 epochs transitions max_position_error_m simulated_s wall_s"
+KEYS = (
+    "protocol seed cells target ceiling_hits_per_1000 epochs transitions max_position_error_m simulated_s wall_s "
+    "localisation"
+)
 
 
 def tallied(records, config=None):
@@ -94,3 +97,29 @@ def test_a_damaged_summary_is_refused_by_its_key(tmp_path, walk, key, value, sai
     (tmp_path / SUMMARY_JSON).write_text(json.dumps({**content, key: value}))
     with pytest.raises(SclaError, match=said):
         read_summary(tmp_path)
+
+
+def test_beliefs_are_counted_where_the_robot_finds_its_own_place(tmp_path, walk):
+    errors = (0.01, 0.2, 0.03)
+    records = [
+        record._replace(localised=Localised(error_m, error_m < 0.15))
+        for record, error_m in zip(walk(1, 3), errors, strict=True)
+    ]
+    tally = Tally(RunConfig())
+    for record in records[:1]:
+        tally.add(record)
+    later = Tally(RunConfig())
+    later.restore(tally.state())
+    for record in records[1:]:
+        later.add(record)
+    found = later.summary(simulated_s=1.0, wall_s=1.0).localisation
+    assert (found.max_error_m, found.mean_error_m, found.wrong_cells) == (0.2, pytest.approx(0.08), 1)
+    assert tallied(walk(1, 3)).localisation is None
+
+
+def test_a_summary_from_before_localisation_was_added_still_reads(tmp_path, walk):
+    write_summary(tmp_path, tallied(walk(1, 3)))
+    content = json.loads((tmp_path / SUMMARY_JSON).read_text())
+    del content["localisation"]
+    (tmp_path / SUMMARY_JSON).write_text(json.dumps(content))
+    assert read_summary(tmp_path) == tallied(walk(1, 3))
