@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from scla_mj.errors import SclaError
+from scla_mj.errors import SclaError, remedy
 
 _MOST_JSON_BYTES: Final = 1e9
 """The summary of two million epochs; more is no file of ours, and would fill the memory."""
@@ -57,7 +57,7 @@ def remove_scratch(path: Path) -> None:
 def cannot_write(path: Path, error: OSError) -> SclaError:
     """Return the one sentence for a file that cannot be written."""
     reason = os.strerror(error.errno) if error.errno else error  # a library may put more than one line into its own
-    return SclaError(f"cannot write {path}: {reason}; free the disk or choose another RUN")
+    return SclaError(f"cannot write {path}: {reason}; {remedy(error, folder='RUN')}")
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from scla_mj.errors import SclaError
+from scla_mj.errors import SclaError, remedy
 from scla_mj.experiments.report.document import Cell, Column, Interval, Mark
 
 ABSENT: Final = "–"
@@ -63,9 +63,7 @@ def write_csv(path: Path, columns: tuple[Column, ...], rows: Iterable[tuple[Cell
             writer.writerow(heading)
             writer.writerows(_flat(row, wide) for row in rows)
     except OSError as error:
-        raise SclaError(
-            f"cannot write {path}: {error.strerror or error}; free the disk or choose another OUT"
-        ) from error
+        raise SclaError(f"cannot write {path}: {error.strerror or error}; {remedy(error, folder='OUT')}") from error
 
 
 def _flat(row: tuple[Cell, ...], wide: list[bool]) -> list[str]:

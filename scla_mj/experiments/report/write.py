@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from scla_mj.errors import SclaError
+from scla_mj.errors import SclaError, remedy
 from scla_mj.experiments.catalogue.experiment import Experiment
 from scla_mj.experiments.report import charts, names
 from scla_mj.experiments.report.cells import write_csv
@@ -52,7 +52,7 @@ def write_report(out: Path, experiments: Sequence[Experiment], *, command: str) 
             (out / link).unlink(missing_ok=True)
         _write_text(out / names.FILES_TXT, _lines(own))
     except OSError as error:
-        raise SclaError(f"cannot write the report: {error}; free the disk or choose another OUT") from error
+        raise SclaError(f"cannot write the report: {error}; {remedy(error, folder='OUT')}") from error
     return out / names.REPORT_HTML
 
 
