@@ -29,7 +29,7 @@ class Bench:
     growth: bool = False
     """Cost against neurons and the floor's size, and an hour without reward (4 minutes)."""
     long: bool = False
-    """Memory and speed over 30,000 decisions beside 3,000 (3 minutes)."""
+    """Memory and speed over 30,000 decisions beside 3,000 and beside their bare parts (6 minutes)."""
     seeds: bool = False
     """Two seeds at once beside one after the other; wants two free cores (1 minute)."""
     peers: Path | None = None

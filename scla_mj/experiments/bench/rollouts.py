@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import tempfile
+import time
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -140,6 +141,22 @@ def fresh_network(config: RunConfig) -> Network:
     brain = build_trial(config).brain
     assert isinstance(brain, SclaBrain)
     return brain.network
+
+
+def bare_cpu_s(config: RunConfig) -> float:
+    """Return the CPU seconds of the bare parts of every decision, replayed once; compilers are warmed up before.
+
+    Raises:
+        SclaError: the configuration has no network to replay.
+    """
+    world, steps = build_trial(config).world, config.build_clock().physics_steps_per_control
+    for one in (dataclasses.replace(config, epochs=1, decisions=1), config):
+        tape, network = record(one), fresh_network(config)
+        started_s = time.process_time()
+        replay_physics(world, tape, steps)
+        replay_network(network, tape)
+        cpu_s = time.process_time() - started_s
+    return cpu_s
 
 
 def _contenders(config: RunConfig, tape: Tape, sizes: dict[str, int]) -> dict[str, Contender]:

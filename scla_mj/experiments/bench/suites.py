@@ -87,7 +87,7 @@ SUITES: Final = {
         lambda order: 2 * (order.repetitions + 1) + growth.HOUR_S // 60 + 1,
         _growth,
     ),
-    "long": Suite(("long",), (), lambda _: 2, _long),
+    "long": Suite(("long",), (), lambda _: 3, _long),
     "seeds": Suite(("seeds",), (), lambda order: order.repetitions, _seeds),
     "peers": Suite(
         ("crosscheck", "peers"),
