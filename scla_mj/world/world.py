@@ -140,8 +140,8 @@ class World:
         return angles
 
     def can_drive(self) -> bool:
-        """Tell whether the robot can drive on from where it is now."""
-        return self.pose().can_drive()
+        """Tell whether the robot can drive on from where it is now: upright, and its whole state finite."""
+        return self.pose().can_drive() and self._is_finite()
 
     def faults(self) -> list[str]:
         """Return a sentence for each thing that has gone wrong since the spawn; none if all is well."""
@@ -149,7 +149,7 @@ class World:
 
     def _is_sound(self) -> bool:
         """Tell in a few microseconds whether nothing has gone wrong: this is asked after every move."""
-        return self.can_drive() and not any(self._warnings.tolist()) and self._keeps_time() and self._is_finite()
+        return self.can_drive() and not any(self._warnings.tolist()) and self._keeps_time()
 
     def _is_finite(self) -> bool:
         return math.isfinite(sum(self._qpos.tolist()) + sum(self._qvel.tolist()))
