@@ -23,11 +23,7 @@ def trains(tmp_path_factory):
     """Ours, and what the numpy peer wrote in a process of its own."""
     folder = tmp_path_factory.mktemp("peer")
     ours = prepare(HALF_A_SECOND, folder / "job.npz", PlasticityConfig(), seed=3)
-    with (folder / "complaints").open("w+") as complaints:
-        arguments = ["numpy", str(folder / "job.npz"), str(folder / "result.npz")]
-        process = race.start_worker(Path(sys.executable), arguments, complaints)
-        process.communicate(timeout=60)
-    assert process.returncode == 0
+    race.run_to_the_end(Path(sys.executable), "numpy", folder / "job.npz", folder / "result.npz")
     return ours, read_train(folder / "result.npz")
 
 
@@ -120,3 +116,13 @@ def test_a_python_without_the_peers_is_refused_in_a_sentence(tmp_path, capsys, m
     monkeypatch.setattr(crosscheck, "CHECKS", (HALF_A_SECOND,))
     assert main(["bench", "--peers", str(tmp_path / "text")]) == 2
     assert "cannot be started" in capsys.readouterr().err
+
+
+def test_a_peer_that_fails_or_hangs_is_told_in_a_sentence(tmp_path, monkeypatch):
+    job, result, python = tmp_path / "job.npz", tmp_path / "result.npz", Path(sys.executable)
+    prepare(HALF_A_SECOND, job, PlasticityConfig(), seed=3)
+    with pytest.raises(SclaError, match="ended early: ModuleNotFoundError"):
+        race.run_to_the_end(python, "none", job, result)
+    monkeypatch.setattr(race, "_LONGEST_S", 0.05)
+    with pytest.raises(SclaError, match="the peer numpy has not ended"):
+        race.run_to_the_end(python, "numpy", job, result)

@@ -36,7 +36,7 @@ _KINDS: Final = ("sensory", "motor", "inhibitory")
 _RATE_TOLERANCE: Final = 0.1
 """Rates may differ by this much: NEST's noise is Gaussian, its pairing a step apart, and all draw their own noise."""
 _NETWORK_MS: Final = 1000
-_STARTED_S: Final = 600.0
+_LONGEST_S: Final = 600.0
 """Brian2 compiles for a minute; ten mean that something is wrong."""
 
 
@@ -174,6 +174,24 @@ def start_worker(python: Path, arguments: list[str], complaints: IO[str]) -> sub
         raise SclaError(f"--peers {python} cannot be started: {error.strerror}; name the peers' own python") from error
 
 
+def run_to_the_end(python: Path, name: str, job: Path, result: Path) -> None:
+    """Run a peer's whole job, and leave its spikes in `result`.
+
+    Raises:
+        SclaError: the peer does not start, fails, or takes ten minutes.
+    """
+    with ExitStack() as stack:
+        complaints = stack.enter_context(tempfile.TemporaryFile("w+"))
+        process = start_worker(python, [name, str(job), str(result)], complaints)
+        stack.callback(_end, process)
+        try:
+            process.communicate(timeout=_LONGEST_S)
+        except subprocess.TimeoutExpired:
+            raise SclaError(f"the peer {name} has not ended after {_LONGEST_S:.0f} s: start it by hand") from None
+        if process.returncode:
+            raise SclaError(complaint(name, complaints))
+
+
 def _end(process: subprocess.Popen[str]) -> None:
     process.kill()
     process.communicate()
@@ -193,16 +211,7 @@ def _check(config: RunConfig, python: Path, folder: Path, watch: Watch) -> Sheet
         ours = crosscheck.prepare(check, job, config.plasticity, seed=config.seed)
         for name in check.peers:
             result = folder / f"check-{number}-{name}.npz"
-            with tempfile.TemporaryFile("w+") as complaints:
-                process = start_worker(python, [name, str(job), str(result)], complaints)
-                try:
-                    process.communicate(timeout=_STARTED_S)
-                except subprocess.TimeoutExpired:
-                    raise SclaError(f"the peer {name} has not ended after {_STARTED_S:.0f} s") from None
-                finally:
-                    process.kill()
-                if process.returncode:
-                    raise SclaError(complaint(name, complaints))
+            run_to_the_end(python, name, job, result)
             apart = crosscheck.require_same(_LABELS[name], check, ours, crosscheck.read_train(result))
             found.append((_LABELS[name], check, len(ours.step), apart))
             watch()
