@@ -33,5 +33,5 @@ def draw_floors(points: Sequence[Point], file: Path) -> None:
     axes = figure.subplots()
     axes.plot([point.size for point in points], [point.cost for point in points], "o-", color=_LINE)
     axes.set(xlabel="cells along an edge", ylabel="CPU time of a decision, ms", title="telemetry light")
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.15 * max(point.cost for point in points))
     figure.savefig(file)
