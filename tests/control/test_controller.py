@@ -10,7 +10,20 @@ from hypothesis import strategies as st
 
 from scla_mj.config import ControllerConfig
 from scla_mj.control.controller import begin, tick
-from scla_mj.control.motion import ARRIVED, DRIVING, RETURNED, STAND_STILL, Goal, Motion, make_gains
+from scla_mj.control.motion import (
+    AGAIN,
+    ARRIVED,
+    BACK,
+    DRIVING,
+    FRONT,
+    OUTWARD,
+    REAR,
+    RETURNED,
+    STAND_STILL,
+    Goal,
+    Motion,
+    make_gains,
+)
 from scla_mj.control.profile import braking_speed, slew, wrap_angle
 
 PERIOD_S, RADIUS_M, TRACK_M = 0.01, 0.033, 0.160
@@ -132,3 +145,50 @@ def test_the_braking_curve_is_that_of_constant_deceleration():
 def test_angles_wrap_and_speeds_slew():
     assert wrap_angle(3 * math.pi / 2) == pytest.approx(-math.pi / 2)
     assert (slew(1.0, 2.0, 0.25), slew(1.0, 1.1, 0.25), slew(1.0, -2.0, 0.25)) == (1.25, 1.1, 0.75)
+
+
+def at(x, y=0.0, heading=0.0, speed=0.0, touched=0, upright=1.0):
+    return Motion(x, y, heading, speed, 0.0, touched, upright)
+
+
+def test_a_wall_is_taken_for_one_in_the_way_only_where_it_can_be():
+    """The front bumper reaches 0.066 m ahead, so the wall between the cells is touched 0.084 m from the start."""
+    state = begin(GOAL, 0.0)
+    assert tick(state, at(0.085, touched=FRONT), GOAL, GAINS)[0].phase == BACK
+    assert tick(state, at(0.29, touched=FRONT), GOAL, GAINS)[0].phase == OUTWARD
+    assert tick(state, at(0.01, touched=FRONT), GOAL, GAINS)[0].phase == AGAIN
+    assert tick(state, at(0.085, touched=REAR), GOAL, GAINS)[0].phase == OUTWARD
+    assert tick(state, at(0.085, heading=0.6, touched=FRONT), GOAL, GAINS)[0].phase == OUTWARD
+
+
+@pytest.mark.parametrize(("touched", "backs_off"), [(FRONT, -1), (REAR, 1)])
+def test_a_bumper_that_brushes_a_wall_in_a_turn_is_driven_away_from_it(touched, backs_off):
+    def drives(bits):
+        state = begin(GOAL, math.pi / 2)
+        for _ in range(40):
+            state, left, right, _ = tick(state, at(0.0, heading=math.pi / 2, touched=bits), GOAL, GAINS)
+        return RADIUS_M * (left + right) / 2
+
+    assert drives(touched) == pytest.approx(0.1 * backs_off)
+    assert drives(0) == 0.0
+
+
+def test_a_robot_about_to_tip_lets_its_wheels_roll_along():
+    state = begin(GOAL, 0.0)._replace(speed_m_s=0.6)
+    _, left, right, _ = tick(state, at(0.1, speed=0.55, upright=math.cos(math.radians(8))), GOAL, GAINS)
+    assert (left, right) == (pytest.approx(0.55 / RADIUS_M), pytest.approx(0.55 / RADIUS_M))
+
+
+def test_a_robot_that_slips_is_careful_for_the_rest_of_the_move():
+    state, *_ = tick(begin(GOAL, 0.0)._replace(speed_m_s=0.6), at(0.1, speed=0.2), GOAL, GAINS)
+    assert state.careful
+    for _ in range(200):
+        state, left, right, _ = tick(state, at(0.1, speed=0.15), GOAL, GAINS)
+    assert RADIUS_M * (left + right) / 2 <= 0.15 + 1e-9
+    calm, *_ = tick(begin(GOAL, 0.0)._replace(speed_m_s=0.6), at(0.1, speed=0.55), GOAL, GAINS)
+    assert not calm.careful
+
+
+def test_far_beyond_its_target_it_aims_again_and_turns_back():
+    state, *_ = tick(begin(GOAL, 0.0), at(0.45, 0.05, speed=0.3), GOAL, GAINS)
+    assert math.cos(state.course_rad - math.atan2(-0.05, -0.15)) == pytest.approx(1.0)

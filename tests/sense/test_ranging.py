@@ -16,6 +16,7 @@ from scla_mj.sense.ranging import (
     RAYS,
     corrected_pose,
     expected_range,
+    located_pose,
     make_map,
     ray_angles,
 )
@@ -97,3 +98,15 @@ def test_far_from_every_wall_the_rays_that_reach_one_still_count():
     assert np.isfinite(measured).sum() == 3
     found = corrected_pose(floor, np.array([-6.05, 0.03, 0.0]), ray_angles(), measured)
     assert found[0] == pytest.approx(-6.0, abs=0.01)
+
+
+@pytest.mark.parametrize("floor", [OPEN, CLOSED])
+def test_a_robot_that_slid_away_from_where_it_believes_to_be_finds_itself_again(floor):
+    rng, errors = np.random.default_rng(1), []
+    for _ in range(100):
+        true = np.array([-0.6 + 0.3 * rng.integers(3), -0.6 + 0.3 * rng.integers(3), 0.5 * math.pi * rng.integers(4)])
+        true[:2] += rng.normal(0.0, 0.02, 2)
+        believed = true + np.array([*rng.uniform(-0.3, 0.3, 2), rng.normal(0.0, 0.01)])
+        found = located_pose(floor, believed, ray_angles(), ranges(floor, *true) + rng.normal(0.0, RANGE_NOISE_M, RAYS))
+        errors.append(np.hypot(*(found - true)[:2]))
+    assert np.mean(np.array(errors) < 0.04) > 0.95
