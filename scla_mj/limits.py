@@ -36,7 +36,7 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     "plasticity.stdp-potentiation": (-10.0, 10.0),
     "plasticity.stdp-depression": (-10.0, 10.0),
     "plasticity.stdp-tau-ms": (_TINY, math.inf),
-    "plasticity.eligibility-tau-ms": (_TINY, math.inf),
+    "plasticity.eligibility-tau-ms": (1.0, math.inf),  # the longest neural step: a shorter trace bridges nothing
     "plasticity.dopamine-tau-ms": (_TINY, math.inf),
     "plasticity.dopamine-release": (-10.0, 10.0),
     "plasticity.dopamine-delay-s": (0.0, 60.0),

@@ -43,6 +43,8 @@ def run_two_decisions(line, folder):
 @example(["--clock.neural-step-ms", "1e-06", "--clock.base-step-ms", "1e-06"])
 @example(["--clock.thinking-window-ms", "10000", "--clock.neural-step-ms", "0.5", "--clock.base-step-ms", "0.5"])
 @example(["--cells", "20", "20", "--world.direction-noise", "0.75"])
+@example(["--plasticity.eligibility-tau-ms", "1"])
+@example(["--plasticity.eligibility-tau-ms", "12", "--clock.neural-step-ms", "0.1", "--clock.base-step-ms", "0.1"])
 @example(["--brain", "random", "--controller.timeout-s", "600", "--controller.max-speed-m-s", "0.01"])
 def test_every_command_line_runs_or_is_refused_with_one_sentence(line):
     folder = Path(tempfile.mkdtemp())

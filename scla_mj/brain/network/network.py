@@ -49,6 +49,7 @@ class Network:
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
         self.state = initial_state(network, weights=weights, noise=noise, neurons=neurons)
+        self._steps_a_call = _steps_a_call(plasticity.eligibility_tau_ms / neural_step_ms)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._silence = np.zeros(neurons, self._real)
@@ -93,7 +94,7 @@ class Network:
         total = 0 if after is None else len(after.step)
         done = 0
         while done < steps:
-            size = min(_STEPS_A_CALL, steps - done, self._steps_to_release())
+            size = min(self._steps_a_call, steps - done, self._steps_to_release())
             self._reserve(total, size)
             spikes = kernel.run(
                 self.state,
@@ -148,3 +149,8 @@ class Network:
                 self.state.dopamine[:] += amount
         self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
         return min((due - self._steps for due, _ in self._releases), default=_STEPS_A_CALL)
+
+
+def _steps_a_call(eligibility_tau_steps: float) -> int:
+    """Return how many steps a call may take: beyond one time constant the lazy weights lose digits of float32."""
+    return max(1, int(min(_STEPS_A_CALL, eligibility_tau_steps)))
