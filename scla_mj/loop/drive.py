@@ -189,7 +189,7 @@ class Driver:
         outcome = Outcome.FAILED
         if status == ARRIVED and after == start.after(action):
             outcome = Outcome.MOVED
-        elif status == RETURNED and after == start:
+        elif status == RETURNED and after == start and not grid.is_open(start.after(action)):
             outcome = Outcome.BLOCKED
         x_m, y_m = grid.centre_m(after)
         off_m = math.hypot(pose.x_m - x_m, pose.y_m - y_m)
