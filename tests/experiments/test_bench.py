@@ -157,8 +157,21 @@ def test_nothing_is_overwritten_and_that_is_said_before_anything_is_measured(tmp
     assert "neurons.png exists already" in capsys.readouterr().err
     for option, value in (("--json", tmp_path / "neurons.png"), ("--into", tmp_path / "none.md")):
         assert main(["bench", option, str(value)]) == 2
-    assert main(["bench", "--brain", "random"]) == 2
-    assert "no network to replay" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--brain", "random"], "no network to replay"),
+        (["--plasticity.dopamine-delay-s", "0.1"], "without delay"),
+        (["--localisation", "odometry"], "an undisturbed robot"),
+        (["--disturbance.tilt-deg", "1"], "an undisturbed robot"),
+        (["--repetitions", "0"], "1 or more"),
+    ],
+)
+def test_what_cannot_be_replayed_is_refused_in_a_sentence(options, sentence, capsys):
+    assert main(["bench", *options]) == 2
+    assert sentence in capsys.readouterr().err
 
 
 def test_the_command_prints_and_writes_every_table(tmp_path, capsys, monkeypatch):

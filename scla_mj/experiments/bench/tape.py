@@ -15,6 +15,7 @@ from scla_mj.brain.network import kernel
 from scla_mj.brain.network.network import Network, Spikes
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.config import RunConfig
+from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.assemble import build_trial
 from scla_mj.grid import Action, Cell
@@ -105,12 +106,14 @@ def record(config: RunConfig) -> Tape:
     """Run the decisions once and keep what the physics and the network were fed.
 
     Raises:
-        SclaError: the configuration has no network to replay, or delays the dopamine.
+        SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
     """
     if config.brain != "scla":
         raise SclaError(f"--brain {config.brain} has no network to replay: the bench takes scla")
     if config.plasticity.dopamine_delay_s:
         raise SclaError("--plasticity.dopamine-delay-s is not 0: the bench replays dopamine without delay")
+    if config.disturbance != DisturbanceConfig() or config.localisation != "truth":
+        raise SclaError("the bench replays an undisturbed robot that knows its pose: leave --disturb and the like out")
     trial, tape = build_trial(config), Tape()
     assert isinstance(trial.brain, SclaBrain)
     trial.brain.network = _TapedNetwork(tape, config)
