@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scla_mj.control.motion import ARRIVED, RETURNED, STAND_STILL, START, Goal, make_gains
+from scla_mj.control.motion import ARRIVED, DRIVING, RETURNED, STAND_STILL, START, Goal, make_gains
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.periods import FAULT, Body, run_periods
 from scla_mj.loop.periods import mj_step as mj_step
@@ -74,6 +74,7 @@ class Driver:
         )
         self._disturbance, self._odometer, self._look, self._ahead = disturbance, odometer, look, ahead
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
+        self._leg_periods = max(1, self._timeout_periods // 2)
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
         self._filled = 0
         self.periods = 0
@@ -98,7 +99,8 @@ class Driver:
         goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(start_cell.after(action)))
         self._reserve(self._timeout_periods)
         before = start_cell if self._odometer is None else self._true_cell(start_cell)
-        periods, status = self._run(self._start(), goal, self._timeout_periods)
+        blind = self._odometer is None or self._look is None
+        periods, status = self._run(self._start(), goal, self._timeout_periods if blind else self._leg_periods)
         if self._odometer is not None and self._look is not None and self._can_go_on():
             periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
         trajectory = self._rows[: self._filled].copy()
@@ -148,6 +150,12 @@ class Driver:
             The periods of the whole move, and the status of its first drive, unless the robot fell on a later one.
         """
         self.careful |= look() > self._gains.reaim_distance_m
+        if status == DRIVING:  # half of the time is up: whatever held it, it tries again from where it now knows to be
+            more, status = self._run(self._start(), goal, self._timeout_periods - periods)
+            periods += more
+            if status == FAULT:
+                return periods, FAULT
+            self.careful |= look() > self._gains.reaim_distance_m
         for _ in range(self._gains.reaim_limit):
             x_m, y_m = float(odometer.estimate[0]), float(odometer.estimate[1])
             outward = status == ARRIVED
