@@ -157,11 +157,17 @@ class Session:
         self._recorder = recorder = self._open_recorder()
         try:
             yield
-        finally:
-            self._recorder = memory = None
-            with contextlib.suppress(SclaError):  # a brain that cannot tell is refused when its file is written
-                memory = self._trial.brain.snapshot()
-            recorder.close(memory, stopped=self.decisions < self._config.epochs * self._config.decisions)
+        except BaseException:
+            with contextlib.suppress(SclaError):  # what ended the run is to be told, not what follows from it
+                self._close(recorder, stopped=True)
+            raise
+        self._close(recorder, stopped=False)
+
+    def _close(self, recorder: RerunRecorder, *, stopped: bool) -> None:
+        self._recorder = memory = None
+        with contextlib.suppress(SclaError):  # a brain that cannot tell is refused when its file is written
+            memory = self._trial.brain.snapshot()
+        recorder.close(memory, stopped=stopped)
 
     def _open_recorder(self) -> RerunRecorder:
         """Open the recording, or its next part; importing rerun takes longer than the first decisions."""

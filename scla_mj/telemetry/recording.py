@@ -32,6 +32,11 @@ _DECISIONS_A_FLUSH: Final = 500
 _SPIKES_A_FLUSH: Final = 800_000
 """And this many spikes bound the memory of a full recording (some 40 MB while they are sorted)."""
 
+_FLUSH_AT_MOST_S: Final = 120.0
+"""A disk so slow is taken for a dead one: Rerun would wait for ever."""
+_ROOM_BYTES: Final = 1_000_000
+"""Far more than a recording's first words. Where these do not fit on the disk, Rerun 0.41 hangs."""
+
 
 class _Last(NamedTuple):
     """The decision written last, as far as what is logged after it needs to know."""
@@ -89,7 +94,7 @@ class RerunRecorder:
         self._stream.send_property(names.PROPERTIES, rr.AnyValues(**known, **(metadata or {})))
         self._stream.log(names.ABOUT, describe(mode, grid, protocol, self._ceiling), static=True)
         # Columns overtake what is logged row by row: a file cut short must hold at least what it is about.
-        self._stream.flush()
+        self._flush()
         stride = max(1, round(POSE_PERIOD_S / clock.control_period_s))
         self._buffer = Buffer(mode=mode, clock=clock, pose_stride=stride)
         self._curve = LearningCurve()
@@ -133,12 +138,12 @@ class RerunRecorder:
             SclaError: the file has gone, or the disk fails.
         """
         send_buffer(self._stream, self._buffer, self._robot)
-        self._stream.flush()
+        self._flush()
         try:
             with self._path.open("rb+") as file:
                 os.fsync(file.fileno())
         except OSError as error:
-            raise SclaError(f"the recording {self._path} cannot be written: {error.strerror or error}") from error
+            raise _cannot_write(self._path, error.strerror or error) from error
 
     def state(self) -> dict[str, Any]:
         """Return everything that `restore` needs for another recorder to go on from here."""
@@ -173,8 +178,10 @@ class RerunRecorder:
         if snapshot is not None:
             self._keep(snapshot)
         send_buffer(self._stream, self._buffer, self._robot)
-        self._stream.flush()
-        self._stream.disconnect()
+        try:
+            self._flush()
+        finally:
+            self._stream.disconnect()
 
     def __enter__(self) -> Self:
         return self
@@ -208,6 +215,12 @@ class RerunRecorder:
         self._set_time()
         self._stream.log(names.LOG, rr.TextLog(text, level=level))
 
+    def _flush(self) -> None:
+        try:
+            self._stream.flush(timeout_sec=_FLUSH_AT_MOST_S)
+        except Exception as error:  # the writing thread has ended: the disk is full, or the file has gone
+            raise _cannot_write(self._path, error) from error
+
     def _set_time(self) -> None:
         """Set the stream's time to the end of the last decision, or to the run's start."""
         last = self._last
@@ -221,14 +234,29 @@ def _open(path: Path, run_id: str, blueprint: Any) -> rr.RecordingStream:
     """Open the file. A live view is one more sink here: a `GrpcServerSink` on loopback never stalls a run."""
     if path.exists():
         raise SclaError(f"the recording {path} exists already: choose another run folder")
+    _check_room(path)
     stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
     stream.set_log_time_enabled(False)
     stream.set_log_tick_enabled(False)
     try:
         stream.set_sinks(rr.FileSink(path), default_blueprint=blueprint)
     except Exception as error:
-        raise SclaError(f"the recording {path} cannot be written: {error}") from error
+        raise _cannot_write(path, error) from error
     return stream
+
+
+def _check_room(path: Path) -> None:
+    scratch = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        scratch.write_bytes(bytes(_ROOM_BYTES))
+    except OSError as error:
+        raise _cannot_write(path, error.strerror or error) from error
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def _cannot_write(path: Path, reason: object) -> SclaError:
+    return SclaError(f"the recording {path} cannot be written: {reason}; free the disk or choose another RUN")
 
 
 def _properties(
