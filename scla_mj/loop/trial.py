@@ -123,7 +123,7 @@ class Trial:
 
     def _sense_after(self, move: Move, before: Percept) -> Percept:
         """Return what the robot senses after a move; one that is to be put down elsewhere knows no more than before."""
-        if self.world.can_drive():
+        if not move.fallen or self.world.can_drive():
             self._refuse_faults()
         return before if move.fallen else self._sense()
 

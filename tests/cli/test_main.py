@@ -41,6 +41,9 @@ def refused(arguments, capsys):
         (["--automaton.reward-rate", "nan"], "reward-rate is nan", "finite"),
         (["--closed-cells", "3", "2", "2", "3", "4", "3", "3", "4"], "walled off", "open a way"),
         (["--brain", "psychic"], "psychic", "q-learning"),
+        (["--disturb", "friction", "earthquake"], "earthquake", "pushes"),
+        (["--localisation", "gps"], "gps", "sensors"),
+        (["--disturbance.friction-scale", "1.5", "0.3"], "friction-scale is 1.5 0.3", "lower end"),
         (["--brain", "no.such:Brain"], "no.such", "imported"),
         (["--brain", "shortest-path", "--world.jump-epoch", "2"], "shortest-path", "jump-epoch"),
         (["--world.jump-epoch", "11"], "--world.jump-epoch is 11", "10 epochs"),
@@ -152,3 +155,15 @@ def test_the_scripts_take_the_same_options(tmp_path):
     for script, arguments in (("rollout.py", [str(run), *options]), ("inspect_recording.py", [str(run)])):
         subprocess.run([sys.executable, SCRIPTS / script, *arguments], check=True, capture_output=True, cwd=tmp_path)
     assert read_decisions(run).num_rows == 3
+
+
+def test_named_disturbances_are_kept_as_the_figures_that_they_stand_for(tmp_path):
+    run = tmp_path / "run"
+    options = ["--disturb", "friction", "latency", "--disturbance.tilt-deg", "1", "--localisation", "sensors"]
+    few = ["--epochs", "1", "--decisions", "2", "--telemetry", "off", "--brain", "random"]
+    assert main(["rollout", str(run), *options, *few]) == 0
+    kept = json.loads((run / "config.json").read_text())
+    assert kept["disturbance"]["friction_scale"] == [0.3, 1.5]
+    assert (kept["disturbance"]["latency_periods"], kept["disturbance"]["tilt_deg"]) == (1, 1.0)
+    assert kept["disturbance"]["mass_scale"] == [1.0, 1.0]
+    assert json.loads((run / "summary.json").read_text())["localisation"]["wrong_cells"] == 0
