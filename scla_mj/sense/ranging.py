@@ -160,7 +160,7 @@ def located_pose(
     floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return `corrected_pose`, from the best of the places around where the ranges do not fit the believed one."""
-    best = corrected_pose(floor, pose, angles_rad, ranges_m)
+    best: NDArray[np.float64] = corrected_pose(floor, pose, angles_rad, ranges_m)
     least = misfit_m(floor, best, angles_rad, ranges_m)
     if least <= _LOST_M:
         return best
