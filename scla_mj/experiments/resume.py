@@ -90,7 +90,8 @@ def _restore(session: Session, run: Run) -> None:
 
 def _take_back(run: Run, decisions: int) -> None:
     """Turn the folder back to what it was after that many decisions; recordings stay, as they tell their own part."""
-    check_seal(run.path, paths.DECISIONS_PARQUET)
+    logs = (paths.DECISIONS_PARQUET, paths.DECISIONS_PARTIAL)
+    check_seal(run.path, *(name for name in logs if run.file(name).exists()))
     lift_seal(run.path)
     for name in folder.RUN_FILES:
         remove_scratch(run.file(name))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -34,8 +35,11 @@ _SPIKES_A_FLUSH: Final = 800_000
 
 _FLUSH_AT_MOST_S: Final = 120.0
 """A disk so slow is taken for a dead one: Rerun would wait for ever."""
-_ROOM_BYTES: Final = 1_000_000
-"""Far more than a recording's first words. Where these do not fit on the disk, Rerun 0.41 hangs."""
+_ROOM_BYTES: Final = 2_000_000
+"""Far more than a recording's first words, or than what is logged row by row between two columns."""
+_DECISION_BYTES: Final = 20_000
+_SPIKE_BYTES: Final = 16
+"""More than twice what a decision and a spike take."""
 
 
 class _Last(NamedTuple):
@@ -129,7 +133,7 @@ class RerunRecorder:
         if snapshot is not None:
             self._keep(snapshot)
         if len(self._buffer.rows) >= _DECISIONS_A_FLUSH or self._buffer.spikes >= _SPIKES_A_FLUSH:
-            send_buffer(self._stream, self._buffer, self._robot)
+            self._send()
 
     def sync(self) -> None:
         """Put every decision so far on the disk, safe from a power cut.
@@ -137,7 +141,7 @@ class RerunRecorder:
         Raises:
             SclaError: the file has gone, or the disk fails.
         """
-        send_buffer(self._stream, self._buffer, self._robot)
+        self._send()
         self._flush()
         try:
             with self._path.open("rb+") as file:
@@ -170,6 +174,12 @@ class RerunRecorder:
         if self._closed:
             return
         self._closed = True
+        try:
+            self._end(snapshot, stopped=stopped)
+        finally:
+            self._stream.disconnect()
+
+    def _end(self, snapshot: Snapshot | None, *, stopped: bool) -> None:
         if self._last is not None:
             if stopped:
                 self._say(f"stopped after {self._decision} decisions", rr.TextLogLevel.WARN)
@@ -177,11 +187,8 @@ class RerunRecorder:
                 self._end_epoch()
         if snapshot is not None:
             self._keep(snapshot)
-        send_buffer(self._stream, self._buffer, self._robot)
-        try:
-            self._flush()
-        finally:
-            self._stream.disconnect()
+        self._send()
+        self._flush()
 
     def __enter__(self) -> Self:
         return self
@@ -214,6 +221,19 @@ class RerunRecorder:
     def _say(self, text: str, level: str) -> None:
         self._set_time()
         self._stream.log(names.LOG, rr.TextLog(text, level=level))
+
+    def _send(self) -> None:
+        """Hand the buffer to Rerun, whose threads wait for ever once a disk is full: so only while there is room."""
+        wanted_bytes = _ROOM_BYTES + _DECISION_BYTES * len(self._buffer.rows) + _SPIKE_BYTES * self._buffer.spikes
+        try:
+            free_bytes = shutil.disk_usage(self._path.parent).free
+        except OSError as error:
+            raise _cannot_write(self._path, error.strerror or error) from error
+        if free_bytes < wanted_bytes:
+            raise _cannot_write(
+                self._path, f"{free_bytes / 1e6:.1f} MB are free, {wanted_bytes / 1e6:.1f} MB are wanted"
+            )
+        send_buffer(self._stream, self._buffer, self._robot)
 
     def _flush(self) -> None:
         try:

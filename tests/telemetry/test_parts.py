@@ -134,6 +134,21 @@ def test_a_recording_that_vanished_is_told_at_the_next_sync(tmp_path, run):
             recorder.sync()
 
 
+def test_nothing_more_is_recorded_where_the_disk_has_no_room(tmp_path, run, monkeypatch):
+    """Rerun's threads would wait for ever; what was recorded before is whole."""
+    with open_part(tmp_path, 1, "light") as recorder:
+        for record in run[:10]:
+            recorder.write(record)
+        recorder.sync()
+        monkeypatch.setattr("shutil.disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1_900_000))
+        recorder.write(run[10])
+        with pytest.raises(SclaError, match=r"1\.9 MB are free, 2\.\d MB are wanted; free the disk"):
+            recorder.sync()
+        with pytest.raises(SclaError, match="are wanted"):
+            recorder.close()
+    assert inspect_recording(tmp_path / recording_part(1)).decisions == 10
+
+
 def test_parts_are_named_and_ordered_by_number():
     for number in (1, 2, 10):
         assert part_number(recording_part(number)) == number
