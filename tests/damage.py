@@ -146,10 +146,10 @@ WAYS: Final = (
     *(Way("finished", name, "inspect", True, 3) for name in
       ("config.json", "summary.json", "decisions.parquet", "brain.npz", "seal.json")),
     Way("finished", "recording.rrd", "inspect", True, 20),
-    *(Way("unsealed", name, "read", False, 50) for name in ("config.json", "summary.json")),
+    *(Way("unsealed", name, "read", True, 50) for name in ("config.json", "summary.json")),
     *(Way("unsealed", name, "read", True, 100) for name in ("decisions.parquet", "brain.npz")),
     Way("unsealed", "recording.rrd", "inspect", False, 30),
-    Way("killed", "config.json", "read", False, 20),
+    Way("killed", "config.json", "read", True, 20),
     Way("killed", "decisions.partial.arrows", "read", True, 100),
     Way("killed", "checkpoint.npz", "read", True, 120),
     Way("killed", "recording.rrd", "inspect", False, 20),

@@ -6,6 +6,8 @@ import shutil
 import damage
 import pytest
 
+from scla_mj.runs.atomic import read_json, write_json
+
 SEED = 0
 
 
@@ -45,7 +47,5 @@ def test_the_harness_sees_a_reader_that_takes_damage_for_sound(work, truths, mon
     monkeypatch.setattr(damage, "check_seal", lambda run, name: None)  # as if nobody looked at the seal
     way = next(way for way in damage.WAYS if (way.run, way.file) == ("finished", "config.json"))
     monkeypatch.setattr(damage, "way_of", lambda seed, number: way)
-    monkeypatch.setattr(
-        damage, "damage", lambda path, rng: path.write_text(path.read_text().replace(": 3,", ": 4,", 1))
-    )
+    monkeypatch.setattr(damage, "damage", lambda path, rng: write_json(path, read_json(path) | {"seed": 4}))
     assert damage.try_case(work, SEED, 0, {}).outcome == "taken for sound"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import hashlib
 import json
 import math
 import os
@@ -17,6 +18,9 @@ from scla_mj.errors import SclaError, remedy
 _MOST_JSON_BYTES: Final = 1e9
 """The summary of two million epochs; more is no file of ours, and would fill the memory."""
 
+
+DIGEST: Final = "digest"
+"""The key under which a JSON file of ours carries the SHA-256 of the rest."""
 
 _SCRATCH: Final = ".{}.{}.tmp"
 """What is written before it is moved into place: the file's name, and the number of the process."""
@@ -61,22 +65,25 @@ def cannot_write(path: Path, error: OSError) -> SclaError:
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write `content` as indented JSON, whole or not at all.
+    """Write `content` as indented JSON, whole or not at all, with a digest of itself.
 
     Raises:
         SclaError: the file cannot be written.
         ValueError: a number is not finite, which JSON cannot say.
     """
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    sealed = {**content, DIGEST: _digest(content)}
+    text = json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False)
     with replacing(path) as scratch:
         scratch.write_text(text + "\n", encoding="utf-8")
 
 
-def read_json(path: Path) -> dict[str, Any]:
-    """Return the JSON object that a file holds.
+def read_json(path: Path, *, older: bool = True) -> dict[str, Any]:
+    """Return the JSON object that a file of ours holds, without the digest that it is checked against.
+
+    Files that an `older` scla-mj wrote have none.
 
     Raises:
-        SclaError: the file is missing, unreadable, or no JSON object.
+        SclaError: the file is missing, unreadable, no JSON object, or not what was written.
     """
     check_regular(path, most_bytes=_MOST_JSON_BYTES)
     try:
@@ -87,7 +94,16 @@ def read_json(path: Path) -> dict[str, Any]:
         raise SclaError(f"{path} is damaged: it must hold JSON ({error})") from error
     if not isinstance(content, dict):
         raise SclaError(f"{path} is damaged: it must hold a JSON object, not {type(content).__name__}")
+    if DIGEST not in content and older:
+        return content
+    if content.pop(DIGEST, None) != _digest(content):
+        raise SclaError(f"{path} is damaged: it does not fit its own digest; fetch a sound copy")
     return content
+
+
+def _digest(content: dict[str, Any]) -> str:
+    """Return the SHA-256 of what the content means: neither the order of its keys nor its spaces count."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def check_regular(path: Path, *, most_bytes: float = math.inf) -> None:

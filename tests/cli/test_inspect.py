@@ -1,6 +1,5 @@
 """`scla-mj inspect` on real, short runs: it compares every file, and says what is missing."""
 
-import json
 import re
 import shutil
 import signal
@@ -13,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from scla_mj.cli.main import main
+from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.decisions import SCHEMA, read_decisions
 
 
@@ -47,9 +47,9 @@ def change_rows(run, name, value_of):
 
 def change_config(run, change):
     (run / "seal.json").unlink()
-    content = json.loads((run / "config.json").read_text())
+    content = read_json(run / "config.json")
     change(content)
-    (run / "config.json").write_text(json.dumps(content))
+    write_json(run / "config.json", content)
 
 
 def test_a_run_agrees_in_every_file(run, capsys):

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from scla_mj.cli.main import main
+from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.decisions import read_decisions
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
@@ -139,9 +140,9 @@ def test_a_rollout_ends_with_a_table_its_files_and_the_line_that_opens_the_recor
 def test_inspect_sees_a_summary_that_does_not_fit_its_recording(tmp_path, capsys):
     run = tmp_path / "run"
     assert main(["rollout", str(run), "--epochs", "1", "--decisions", "20"]) == 0
-    summary = json.loads((run / "summary.json").read_text())
+    summary = read_json(run / "summary.json")
     summary["epochs"][0]["hits"] += 1
-    (run / "summary.json").write_text(json.dumps(summary))
+    write_json(run / "summary.json", summary)
     capsys.readouterr()
     assert "summary.json is damaged" in refused(["inspect", str(run)], capsys)
     (run / "seal.json").unlink()

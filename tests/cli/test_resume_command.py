@@ -1,6 +1,5 @@
 """`scla-mj resume` from outside: after kill -9, after Ctrl-C, and refused."""
 
-import json
 import re
 import resource
 import signal
@@ -11,6 +10,7 @@ import time
 import pytest
 
 from scla_mj.cli.main import main
+from scla_mj.runs.atomic import read_json
 from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 
@@ -40,7 +40,7 @@ def test_a_run_killed_outright_goes_on_to_the_bits_of_one_that_was_not(tmp_path,
     assert main(["rollout", str(whole), *OPTIONS]) == 0
     for name in ("decisions.parquet", "brain.npz"):
         assert (killed / name).read_bytes() == (whole / name).read_bytes()
-    summaries = [json.loads((path / "summary.json").read_text()) for path in (killed, whole)]
+    summaries = [read_json(path / "summary.json") for path in (killed, whole)]
     assert all(summary.pop("wall_s") for summary in summaries)
     assert summaries[0] == summaries[1]
     assert main(["resume", str(killed)]) == 2

@@ -1,7 +1,6 @@
 """What cannot be resumed is refused in one sentence, and left as it is."""
 
 import dataclasses
-import json
 import re
 import shutil
 from pathlib import Path
@@ -13,6 +12,7 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments.lock import running
 from scla_mj.experiments.resume import resume
 from scla_mj.experiments.rollout import rollout
+from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.checkpoint import read_checkpoint, write_checkpoint
 
 OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
@@ -49,9 +49,9 @@ def test_while_a_run_goes_on_nobody_else_can_resume_it(tmp_path):
 
 def test_other_versions_than_the_run_began_with_are_refused_by_name(run):
     (run / "seal.json").unlink()
-    config = json.loads((run / "config.json").read_text())
+    config = read_json(run / "config.json")
     config["versions"]["mujoco"] = "3.99"
-    (run / "config.json").write_text(json.dumps(config))
+    write_json(run / "config.json", config)
     assert "began with mujoco 3.99 (here 3." in refused(run)
 
 
@@ -67,9 +67,9 @@ def test_other_versions_than_the_run_began_with_are_refused_by_name(run):
 )
 def test_a_checkpoint_of_another_run_is_refused(run, change, said):
     (run / "seal.json").unlink()
-    config = json.loads((run / "config.json").read_text())
+    config = read_json(run / "config.json")
     change(config)
-    (run / "config.json").write_text(json.dumps(config))
+    write_json(run / "config.json", config)
     assert said in refused(run)
 
 

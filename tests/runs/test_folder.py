@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scla_mj import paths
 from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
-from scla_mj.runs.atomic import write_json
+from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.folder import RUN_FILES, create, discard, load_config, open_run
 from scla_mj.runs.settings import ADDED_LATER, settings_from_json
 
@@ -29,7 +29,7 @@ def refused(call, *arguments):
 def test_a_new_folder_is_made_with_its_parents_and_says_what_made_it(tmp_path):
     config = dataclasses.replace(RunConfig(), seed=7, grid=GridConfig((7, 7), (4, 4)))
     run = create(tmp_path / "a" / "b", config)
-    content = json.loads(run.file(paths.CONFIG_JSON).read_text())
+    content = read_json(run.file(paths.CONFIG_JSON))
     assert (content["seed"], content["grid"]["cells"], content["protocol"]) == (7, [7, 7], "any-start")
     assert content["run_id"] == run.run_id == open_run(run.path).run_id
     named = {"mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow", "scla-mj", "python", "platform"}
@@ -101,8 +101,26 @@ def test_a_file_is_whole_or_absent_when_the_disk_is_full(tmp_path):
     write_json(target, {"old": 1})
     run = subprocess.run([sys.executable, "-c", script, str(target)], capture_output=True, text=True, check=False)
     assert "SclaError: cannot write" in run.stderr.splitlines()[-1]
-    assert json.loads(target.read_text()) == {"old": 1}
+    assert read_json(target) == {"old": 1}
     assert [path.name for path in tmp_path.iterdir()] == ["config.json"]
+
+
+@pytest.mark.parametrize("damage", [("250", "251"), ('"seed"', '"sead"'), ("digest", "digist"), ("0.5", "0.6")])
+def test_json_of_which_a_digit_or_a_letter_has_changed_is_refused(tmp_path, damage):
+    path = tmp_path / "config.json"
+    write_json(path, {"decisions": 250, "seed": 3, "rate": 0.5, "cells": (5, 5)})
+    assert read_json(path) == {"decisions": 250, "seed": 3, "rate": 0.5, "cells": [5, 5]}
+    text = path.read_text()
+    path.write_text(text.replace(*damage))
+    with pytest.raises(SclaError, match="does not fit its own digest"):
+        read_json(path, older=False)
+    path.write_text(json.dumps(json.loads(text)))
+    assert read_json(path, older=False)["seed"] == 3, "spaces do not count"
+
+
+def test_json_of_an_older_version_has_no_digest_and_still_opens(tmp_path):
+    (tmp_path / "config.json").write_text('{"seed": 3}')
+    assert read_json(tmp_path / "config.json") == {"seed": 3}
 
 
 def test_a_number_that_json_cannot_say_leaves_nothing_behind(tmp_path):
@@ -149,7 +167,7 @@ def set_key(content, path, value):
 def test_a_configuration_that_was_tampered_with_is_refused_by_its_key(tmp_path, path, value, said):
     run = create(tmp_path, RunConfig())
     file = run.file(paths.CONFIG_JSON)
-    content = json.loads(file.read_text())
+    content = read_json(file)
     set_key(content, path, value)
     file.write_text(json.dumps(content))
     message = refused(open_run, tmp_path)
@@ -184,7 +202,7 @@ def test_any_configuration_survives_the_way_to_json_and_back(number, seed, flag,
 def test_a_file_from_before_a_section_was_added_opens_as_equal_settings(tmp_path):
     run = create(tmp_path, RunConfig())
     file = run.file(paths.CONFIG_JSON)
-    content = json.loads(file.read_text())
+    content = read_json(file)
     for key in ADDED_LATER:
         del content[key]
     write_json(file, content)

@@ -8,6 +8,7 @@ import pytest
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.paths import SUMMARY_JSON
+from scla_mj.runs.atomic import read_json
 from scla_mj.runs.decisions import DecisionLog, read_decisions
 from scla_mj.runs.summary import Tally, epoch_summary, read_summary, write_summary
 from scla_mj.signals import Localised, Outcome
@@ -27,7 +28,7 @@ def tallied(records, config=None):
 
 def test_the_file_has_exactly_the_documented_keys(tmp_path, walk):
     write_summary(tmp_path, tallied(walk(2, 50)))
-    content = json.loads((tmp_path / SUMMARY_JSON).read_text())
+    content = read_json(tmp_path / SUMMARY_JSON)
     assert list(content) == KEYS.split()
     assert list(content["epochs"][0]) == [
         "epoch", "decisions", "hits", "hits_per_1000", "moves_per_hit", "percent_of_ceiling",
@@ -93,7 +94,7 @@ def test_a_summary_is_read_back_as_it_was_written(tmp_path, walk):
 )
 def test_a_damaged_summary_is_refused_by_its_key(tmp_path, walk, key, value, said):
     write_summary(tmp_path, tallied(walk(1, 5)))
-    content = json.loads((tmp_path / SUMMARY_JSON).read_text())
+    content = read_json(tmp_path / SUMMARY_JSON)
     (tmp_path / SUMMARY_JSON).write_text(json.dumps({**content, key: value}))
     with pytest.raises(SclaError, match=said):
         read_summary(tmp_path)
@@ -119,7 +120,7 @@ def test_beliefs_are_counted_where_the_robot_finds_its_own_place(tmp_path, walk)
 
 def test_a_summary_from_before_localisation_was_added_still_reads(tmp_path, walk):
     write_summary(tmp_path, tallied(walk(1, 3)))
-    content = json.loads((tmp_path / SUMMARY_JSON).read_text())
+    content = read_json(tmp_path / SUMMARY_JSON)
     del content["localisation"]
     (tmp_path / SUMMARY_JSON).write_text(json.dumps(content))
     assert read_summary(tmp_path) == tallied(walk(1, 3))
