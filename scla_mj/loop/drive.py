@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scla_mj.control.motion import ARRIVED, DRIVING, RETURNED, STAND_STILL, START, Goal, make_gains
+from scla_mj.control.motion import (
+    ARRIVED,
+    CAREFUL_START,
+    DRIVING,
+    RETURNED,
+    STAND_STILL,
+    START,
+    Goal,
+    make_gains,
+)
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.periods import FAULT, Body, run_periods
 from scla_mj.loop.periods import mj_step as mj_step
@@ -171,7 +180,7 @@ class Driver:
         return periods, status
 
     def _start(self) -> State:
-        return START._replace(careful=self.careful)
+        return CAREFUL_START if self.careful else START
 
     def _true_cell(self, believed: Cell) -> Cell:
         """Return the cell that the robot stands in, or the believed one where it does not stand."""

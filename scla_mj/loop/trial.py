@@ -134,11 +134,9 @@ class Trial:
 
     def _refuse_faults(self) -> None:
         """Stop at once where MuJoCo warned or reset itself: what it computed since then is not to be trusted."""
-        faults = self.world.faults()
-        if faults:
-            raise SclaError(
-                f"the physics went wrong at {self.time_s:.2f} s: {'; '.join(faults)}; use a smaller physics step"
-            )
+        if self.world.has_misbehaved():
+            faults = "; ".join(self.world.faults())
+            raise SclaError(f"the physics went wrong at {self.time_s:.2f} s: {faults}; use a smaller physics step")
 
     def _respawn(self) -> None:
         """Put the robot into a start cell, facing one of the four directions: the one teleport there is."""

@@ -69,6 +69,7 @@ class World:
         )
         self.top_wheel_speed_rad_s = float(self.model.actuator_ctrlrange[:, 1].min())
         self._physics: Any = None
+        self._fresh: NDArray[np.float64] | None = None
         self._resting_qpos = self._settle()
         self.spawn(grid.target, 0.0)
 
@@ -96,15 +97,23 @@ class World:
         """
         if not self.grid.is_open(cell):
             raise SclaError(f"cannot spawn at ({cell.x}, {cell.y}): it is closed or off the floor; choose an open cell")
-        mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[:] = self._resting_qpos
-        self.data.qpos[:2] = self.grid.centre_m(cell)
+        self._reset()
+        qpos = self._qpos
+        qpos[:] = self._resting_qpos
+        qpos[:2] = self.grid.centre_m(cell)
         half = heading_rad / 2
-        mujoco.mju_mulQuat(
-            self.data.qpos[3:7], np.array([math.cos(half), 0, 0, math.sin(half)]), self._resting_qpos[3:7]
-        )
+        mujoco.mju_mulQuat(qpos[3:7], np.array([math.cos(half), 0, 0, math.sin(half)]), self._resting_qpos[3:7])
         mujoco.mj_forward(self.model, self.data)
         self.steps = 0
+
+    def _reset(self) -> None:
+        """Reset MuJoCo's data; where nothing went wrong, by its integration state alone, in a tenth of the time."""
+        if self._fresh is None or any(self._warnings.tolist()) or not self._is_finite():
+            mujoco.mj_resetData(self.model, self.data)
+            self._fresh = np.empty(mujoco.mj_stateSize(self.model, _INTEGRATION))
+            mujoco.mj_getState(self.model, self.data, self._fresh, _INTEGRATION)
+        else:
+            mujoco.mj_setState(self.model, self.data, self._fresh, _INTEGRATION)
 
     def move_target(self, cell: Cell) -> None:
         """Paint the target on another cell; it is a mark on the floor and touches nothing."""
@@ -145,20 +154,6 @@ class World:
 
     def faults(self) -> list[str]:
         """Return a sentence for each thing that has gone wrong since the spawn; none if all is well."""
-        return [] if self._is_sound() else self._tell_faults()
-
-    def _is_sound(self) -> bool:
-        """Tell in a few microseconds whether nothing has gone wrong: this is asked after every move."""
-        return self.can_drive() and not any(self._warnings.tolist()) and self._keeps_time()
-
-    def _is_finite(self) -> bool:
-        return math.isfinite(sum(self._qpos.tolist()) + sum(self._qvel.tolist()))
-
-    def _keeps_time(self) -> bool:
-        # Half a step: room for the rounding of some 1e9 additions, none for a step too many.
-        return bool(abs(self.data.time - self.steps * self._timestep) < self._timestep / 2)
-
-    def _tell_faults(self) -> list[str]:
         found = []
         if not self._is_finite():
             found.append("the robot's state is not finite")
@@ -170,6 +165,17 @@ class World:
         if not self._keeps_time():
             found.append(f"MuJoCo's time is {self.data.time:g} s after {self.steps} steps: it has reset itself")
         return found
+
+    def has_misbehaved(self) -> bool:
+        """Tell in a few microseconds whether MuJoCo has warned or reset itself: this is asked after every move."""
+        return any(self._warnings.tolist()) or not self._keeps_time()
+
+    def _is_finite(self) -> bool:
+        return math.isfinite(sum(self._qpos.tolist()) + sum(self._qvel.tolist()))
+
+    def _keeps_time(self) -> bool:
+        # Half a step: room for the rounding of some 1e9 additions, none for a step too many.
+        return bool(abs(self.data.time - self.steps * self._timestep) < self._timestep / 2)
 
     def settle(self, scratch: Any) -> None:
         """Find anew how the robot stands, after its model was changed: every spawn from now on puts it down like that.
