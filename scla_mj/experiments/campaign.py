@@ -56,7 +56,8 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
     """Run the jobs on that many processes; `watch` is called with each one that is done.
 
     A run's bits depend on its configuration alone, so neither the number of processes nor the order matters. An
-    interrupted run leaves a folder that ends in `.part`; the next call starts that run anew.
+    interrupted run leaves a folder that ends in `.part`; the next call goes on with it, or where that cannot be, starts
+    it anew.
 
     Raises:
         SclaError: a run cannot be carried out or written, or its process was killed.
@@ -85,15 +86,30 @@ def _run(config: RunConfig, folder: Path) -> None:
 
     unfinished = folder.with_name(folder.name + _UNFINISHED)
     try:
-        if unfinished.exists():
-            shutil.rmtree(unfinished)
-        rollout(config, unfinished, pictures=False)
+        if not _gone_on(unfinished, config):
+            if unfinished.exists():
+                shutil.rmtree(unfinished)
+            rollout(config, unfinished, pictures=False)
         unfinished.rename(folder)
     except OSError as error:
         why = error.strerror or error
         raise SclaError(
             f"cannot make {folder} out of {unfinished}: {why}; move them away or choose another OUT"
         ) from error
+
+
+def _gone_on(unfinished: Path, config: RunConfig) -> bool:
+    """Go on with a run that was interrupted; tell whether that was possible. Its bits are the same either way."""
+    from scla_mj.experiments.resume import resume
+    from scla_mj.runs.folder import load_config
+
+    try:
+        if not unfinished.exists() or load_config(unfinished / CONFIG_JSON) != config:
+            return False
+        resume(unfinished, pictures=False)
+    except SclaError:
+        return False
+    return True
 
 
 def _check_same(folder: Path, config: RunConfig) -> None:

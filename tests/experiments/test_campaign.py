@@ -17,6 +17,7 @@ from scla_mj.experiments.catalogue import CATALOGUE
 from scla_mj.experiments.catalogue.experiment import Experiment, with_settings
 from scla_mj.experiments.lock import exclusive
 from scla_mj.experiments.rollout import rollout
+from scla_mj.runs.atomic import read_json
 
 TINY = with_settings(CATALOGUE[0].config, epochs=1, decisions=12)
 EXPERIMENTS = (
@@ -39,7 +40,26 @@ def test_runs_side_by_side_give_the_bits_of_runs_one_after_another(tmp_path):
     assert open_jobs(tmp_path, EXPERIMENTS) == []
 
 
-def test_an_interrupted_run_is_started_anew_and_finished_ones_are_left_alone(tmp_path):
+def test_an_interrupted_run_goes_on_where_it_was_and_ends_with_the_bits_of_one_that_never_stopped(tmp_path):
+    (job,) = open_jobs(tmp_path, [dataclasses.replace(EXPERIMENTS[0], seeds=(3,))])
+    rollout(job.config, tmp_path / "whole", pictures=False)
+    half = job.folder.with_name(job.folder.name + ".part")
+
+    def stop(record, epoch):
+        if record.decision == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        rollout(job.config, half, watch=stop, pictures=False)
+    identity = read_json(half / "config.json")["run_id"]
+    run_jobs([job], workers=1, watch=lambda job: None)
+    assert read_json(job.folder / "config.json")["run_id"] == identity, "the very run, not another one"
+    assert not half.exists()
+    for name in ("decisions.parquet", "brain.npz"):
+        assert (job.folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+def test_a_damaged_unfinished_run_is_started_anew_and_finished_ones_are_left_alone(tmp_path):
     experiment = dataclasses.replace(EXPERIMENTS[1], seeds=(0, 1))
     first, second = open_jobs(tmp_path, [experiment])
     rollout(first.config, first.folder, pictures=False)
