@@ -60,10 +60,12 @@ SETS: Final[dict[str, dict[str, Any]]] = {
 ALL: Final = "all"
 
 
-def with_sets(config: DisturbanceConfig, names: Sequence[DisturbanceSet]) -> DisturbanceConfig:
-    """Return the settings with the named sets' figures filled in; a setting that was given its own figure keeps it."""
-    neutral = DisturbanceConfig()
+def figures_of(names: Sequence[str]) -> dict[str, Any]:
+    """Return what the named sets fill in, by the name of the setting."""
     chosen = SETS if ALL in names else [name for name in SETS if name in names]
-    figures = {item: value for name in chosen for item, value in SETS[name].items()}
-    free = {item: value for item, value in figures.items() if getattr(config, item) == getattr(neutral, item)}
-    return dataclasses.replace(config, **free)
+    return {setting: value for name in chosen for setting, value in SETS[name].items()}
+
+
+def with_sets(config: DisturbanceConfig, names: Sequence[DisturbanceSet]) -> DisturbanceConfig:
+    """Return the settings with the named sets' figures filled in."""
+    return dataclasses.replace(config, **figures_of(names))

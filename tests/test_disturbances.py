@@ -25,10 +25,9 @@ def test_a_set_fills_in_its_own_settings_and_no_other(name):
     assert changed == SETS[name].keys()
 
 
-def test_a_figure_that_was_given_counts_for_more_than_the_sets():
+def test_settings_that_no_set_names_stay_as_they_are():
     own = DisturbanceConfig(push_n_per_kg=3.0)
-    assert with_sets(own, ["pushes"]) == own
-    assert with_sets(own, [ALL]).push_n_per_kg == 3.0
+    assert with_sets(own, ["tilt"]) == dataclasses.replace(own, tilt_deg=2.0)
     assert with_sets(own, []) == own
 
 

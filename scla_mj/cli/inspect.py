@@ -156,7 +156,7 @@ def _counts(table: pa.Table, thinking_window_s: float) -> dict[str, Any]:
 
     epoch, hit = table["epoch"].to_numpy(), table["hit"].to_numpy()
     outcomes = table["outcome"].to_pylist()
-    error_m = float(np.max(np.abs(table["position_error_m"].to_numpy()), initial=0.0))
+    error_m = float(np.fmax.reduce(np.abs(table["position_error_m"].to_numpy()), initial=0.0))
     ends_s = table["time_s"].to_numpy() + thinking_window_s + table["duration_s"].to_numpy()
     return {
         "epochs": [
@@ -169,7 +169,7 @@ def _counts(table: pa.Table, thinking_window_s: float) -> dict[str, Any]:
             "blocked": outcomes.count(Outcome.BLOCKED.value),
             "failed": outcomes.count(Outcome.FAILED.value),
         },
-        "max_position_error_m": error_m if np.isfinite(error_m) else None,
+        "max_position_error_m": error_m,
         "simulated_s": float(np.max(ends_s, initial=0.0)),
     }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import io
+import itertools
 import re
 import sys
 from collections.abc import Mapping
@@ -13,10 +14,12 @@ from typing import Any, Final
 import tyro
 
 from scla_mj.config import RunConfig
+from scla_mj.disturbances import ALL, SETS, figures_of
 from scla_mj.errors import SclaError
 from scla_mj.limits import flatten
 
 EXIT_BAD_INPUT: Final = 2
+_DISTURB: Final = "--disturb"
 _FRAME: Final = "╭╮╰╯│─- "
 _WANTED: Final = {
     re.compile(r"Error parsing (\S+): invalid literal for int\(\) with base 10: ('.*')"): "a whole number",
@@ -34,6 +37,7 @@ def parse(verbs: Mapping[str, Any], arguments: list[str], *, prog: str) -> Any:
         SclaError: an option is unknown, missing or of the wrong kind.
         SystemExit: help was asked for and printed.
     """
+    arguments = _with_figures(arguments)
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
@@ -43,6 +47,24 @@ def parse(verbs: Mapping[str, Any], arguments: list[str], *, prog: str) -> Any:
             sys.stderr.write(complaint.getvalue())
             raise
         raise SclaError(_plain(_sentence(complaint.getvalue()), verbs)) from None
+
+
+def _with_figures(arguments: list[str]) -> list[str]:
+    """Put the figures that `--disturb` stands for behind it, but for settings that are typed themselves."""
+    if _DISTURB not in arguments:
+        return arguments
+    after = arguments[arguments.index(_DISTURB) + 1 :]
+    names = list(itertools.takewhile(lambda word: not word.startswith("-"), after))
+    unknown = [name for name in names if name not in (*SETS, ALL)]
+    if unknown or not names:
+        what = f"{_DISTURB} {unknown[0]}: a set" if unknown else f"{_DISTURB} names nothing: it"
+        raise SclaError(f"{what} must be one of {', '.join((*SETS, ALL))}; RUN goes before it")
+    figures = []
+    for setting, value in figures_of(names).items():
+        option = f"--disturbance.{setting.replace('_', '-')}"
+        if not any(word.replace("_", "-").split("=")[0] == option for word in arguments):
+            figures += [option, *map(str, value if isinstance(value, tuple) else (value,))]
+    return arguments + figures
 
 
 def _sentence(box: str) -> str:

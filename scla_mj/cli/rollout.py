@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +11,7 @@ import tyro.conf
 from scla_mj.cli.folders import folder
 from scla_mj.cli.going import carry_out
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
-from scla_mj.disturbances import DisturbanceSet, with_sets
+from scla_mj.disturbances import DisturbanceSet
 from scla_mj.errors import SclaError
 
 
@@ -31,7 +31,7 @@ class Rollout:
         """Run the rollout; return the exit code."""
         from scla_mj.experiments.rollout import rollout
 
-        config = replace(self.config, disturbance=with_sets(self.config.disturbance, self.disturb))
+        config = self.config  # `--disturb` has been put into figures already: see cli/options.py
         config.check()
         jump_epoch, epochs = config.world.jump_epoch, config.epochs
         if jump_epoch > epochs:

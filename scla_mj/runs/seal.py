@@ -7,6 +7,7 @@ it are checked against the run folder's own: no seal leads out of its folder.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from pathlib import Path
 from typing import Any, Final
@@ -88,6 +89,8 @@ def check_seal(folder: Path, *names: str) -> None:
 
 
 def _fault(path: Path, digest: str | None) -> str | None:
+    if digest is None and not os.path.lexists(path):
+        return None
     if not path.is_file():
         return f"{path} is missing: {SEAL_JSON} lists it" if digest else f"{path} is no file of this run: remove it"
     if digest is None:

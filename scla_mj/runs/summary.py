@@ -57,8 +57,8 @@ class LocalisationSummary:
 class Summary:
     """The whole of `summary.json`.
 
-    `max_position_error_m` is None if a pose was not finite, and `localisation` where the simulator tells the robot its
-    place.
+    `max_position_error_m` is the largest of the moves that ended on the wheels, failed ones among them (None only in
+    older files); `localisation` is None where the simulator tells the robot its place.
     """
 
     protocol: StartProtocol
@@ -146,9 +146,8 @@ class Tally:
         if record.activity is not None:
             count.mean_weights = tuple(record.activity.mean_weights.tolist())
         self._outcomes[record.move.outcome] += 1
-        error_m = abs(record.move.position_error_m)
-        if error_m > self._max_error_m or math.isnan(error_m):  # a NaN stays: nothing is above it
-            self._max_error_m = error_m
+        if math.isfinite(record.move.position_error_m):  # a robot that fell, a failed move, is nowhere
+            self._max_error_m = max(self._max_error_m, abs(record.move.position_error_m))
         if record.localised is not None:
             self._beliefs.add(record.localised)
 
@@ -201,7 +200,7 @@ class Tally:
                 blocked=outcomes[Outcome.BLOCKED],
                 failed=outcomes[Outcome.FAILED],
             ),
-            max_position_error_m=self._max_error_m if math.isfinite(self._max_error_m) else None,
+            max_position_error_m=self._max_error_m,
             simulated_s=simulated_s,
             wall_s=wall_s,
             localisation=self._beliefs.summary(),

@@ -51,7 +51,7 @@ class Inspection(NamedTuple):
     """A recording, summed up. `first_weights` and `last_weights` are mean weights after the first and last decision.
 
     `parts` are its files: a resumed run adds one. `properties` holds what was written once, such as protocol, seed and
-    ceiling. `finished` is False for a killed run's recording. `max_position_error_m` is None where no error was finite.
+    ceiling. `finished` is False for a killed run's recording. `max_position_error_m` leaves out robots that fell.
     `weights` is (8, 100, 100), `probabilities` (W, H, 4), each as last recorded, or None.
     """
 
@@ -164,7 +164,7 @@ class _Gathered:
             for outcome, code in OUTCOME_CODES.items():
                 self._outcomes[outcome] += int(codes[code])
         elif chunk.entity == names.POSITION_ERROR_M:
-            self._max_error_m = float(np.max(np.abs(chunk.values(_SCALARS)), initial=self._max_error_m))
+            self._max_error_m = float(np.fmax.reduce(np.abs(chunk.values(_SCALARS)), initial=self._max_error_m))
 
     def check(self, path: Path) -> None:
         """Refuse a closed recording in which decisions are missing."""
@@ -188,7 +188,7 @@ class _Gathered:
                 for epoch in sorted(self._epochs)
             ),
             outcomes=self._outcomes,
-            max_position_error_m=self._max_error_m if np.isfinite(self._max_error_m) else None,
+            max_position_error_m=self._max_error_m,
             simulated_s=self._end_s,
             poses=self._poses,
             path_length_m=self._path_m,
