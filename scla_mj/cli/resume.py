@@ -19,6 +19,8 @@ class Resume:
 
     path: Annotated[Path, tyro.conf.Positional, folder("RUN")]
     """A run folder that `scla-mj rollout` wrote."""
+    brain: str | None = None
+    """The run's brain, if it is your own code: package.module:Class, which is imported."""
     checkpoint_period_s: float = CHECKPOINT_PERIOD_S
     """Wall time between two checkpoints."""
 
@@ -28,5 +30,5 @@ class Resume:
         from scla_mj.runs.folder import open_run
 
         config = open_run(self.path).config
-        carry_out(self.path, config, self.checkpoint_period_s, lambda **how: resume(self.path, **how))
+        carry_out(self.path, config, self.checkpoint_period_s, lambda **how: resume(self.path, brain=self.brain, **how))
         return 0

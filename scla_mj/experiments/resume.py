@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scla_mj import paths
+from scla_mj.brain.registry import BRAINS
 from scla_mj.config import CHECKPOINT_PERIOD_S
 from scla_mj.errors import SclaError
 from scla_mj.experiments.assemble import build_trial
@@ -29,6 +31,7 @@ _RESULTS: Final = (paths.SUMMARY_JSON, paths.BRAIN_NPZ, paths.EPOCHS_PNG, paths.
 def resume(
     path: Path,
     *,
+    brain: str | None = None,
     watch: Watch | None = None,
     pictures: bool = True,
     checkpoint_period_s: float = CHECKPOINT_PERIOD_S,
@@ -38,11 +41,15 @@ def resume(
     A run that was cut off before its first checkpoint starts again from its beginning. Decisions after the checkpoint
     are made again, equal to what they were.
 
+    A brain that is none of the library's is code, which `config.json` alone cannot have run: name it again as `brain`,
+    `package.module:Class`, and it is imported.
+
     Raises:
-        SclaError: there is no run, it is complete or running, its files are damaged, its brain has no state, or other
-            versions of the packages are installed than it began with.
+        SclaError: there is no run, `brain` is not its brain or is wanted, it is complete or running, its files are
+            damaged, its brain has no state, or other versions of the packages are installed than it began with.
     """
     run = folder.open_run(path)
+    _refuse_unnamed_brain(run, brain)
     with running(run.path):
         _refuse_complete(run)
         _refuse_other_versions(run)
@@ -55,6 +62,19 @@ def resume(
         _restore(session, run)
         _take_back(run, session.decisions)
         return session.carry_out(watch, goes_on=True)
+
+
+def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:
+    """Whoever wrote `config.json` chose its brain; code of their own runs only if the user has chosen it too."""
+    made_by = run.config.brain
+    if brain == made_by or (brain is None and made_by in BRAINS):
+        return
+    option = f"--brain {shlex.quote(''.join(filter(str.isprintable, made_by)))}"
+    if made_by in BRAINS:
+        raise SclaError(f"{run.path} was made by {option}, not by --brain {brain}: leave the option out")
+    raise SclaError(
+        f"{run.path} was made by {option}, which is code of its own: name it again, {option}, if you trust it"
+    )
 
 
 def _refuse_complete(run: Run) -> None:

@@ -92,10 +92,10 @@ def test_ctrl_c_says_how_to_go_on(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     options = ["--brain", "interrupting_brain:Interrupting", "--epochs", "1", "--decisions", "20"]
     assert main(["rollout", "my run", *options]) == 130
-    assert "scla-mj resume 'my run' goes on from here" in capsys.readouterr().err
+    assert f"scla-mj resume 'my run' --brain {options[1]} goes on from here" in capsys.readouterr().err
     assert main(["inspect", "my run"]) == 0
     assert "not complete: scla-mj resume goes on from the checkpoint" in capsys.readouterr().out
-    assert main(["resume", "my run"]) == 0  # the signal's twelfth decision is past
+    assert main(["resume", "my run", *options[:2]]) == 0  # the signal's twelfth decision is past
     assert read_decisions(tmp_path / "my run").num_rows == 20
 
 

@@ -34,7 +34,7 @@ def stopped(config, path, *sessions, begin=True):
             if begin and number == 0:
                 rollout(config, path, watch=stop_after(decisions), pictures=False)
             else:
-                resume(path, watch=stop_after(decisions), pictures=False)
+                resume(path, brain=config.brain, watch=stop_after(decisions), pictures=False)
     return path
 
 
@@ -50,10 +50,10 @@ def assert_same_run(first, second):
     assert one == other
 
 
-def refused(path):
+def refused(path, **how):
     files = {file.name: file.read_bytes() for file in path.iterdir()}
     with pytest.raises(SclaError) as caught:
-        resume(path, pictures=False)
+        resume(path, pictures=False, **how)
     assert "\n" not in str(caught.value)
     assert {file.name: file.read_bytes() for file in path.iterdir()} == files
     return str(caught.value)

@@ -148,7 +148,7 @@ def own(tmp_path, monkeypatch):
 
 
 def test_a_users_brain_with_both_methods_is_resumed(own, tmp_path):
-    resume(stopped(own("Able"), tmp_path / "cut", 20), pictures=False)
+    resume(stopped(own("Able"), tmp_path / "cut", 20), brain=own("Able").brain, pictures=False)
     assert_same_run(whole(own("Able"), tmp_path / "whole"), tmp_path / "cut")
 
 
@@ -156,14 +156,39 @@ def test_a_users_brain_with_both_methods_is_resumed(own, tmp_path):
 def test_a_users_brain_that_lacks_one_runs_as_ever_but_is_not_resumed(name, own, tmp_path):
     path = stopped(own(name), tmp_path / "cut", 20)
     assert not (path / "checkpoint.npz").exists()
-    assert "cannot be resumed: give its class state() and restore()" in refused(path)
+    assert "cannot be resumed: give its class state() and restore()" in refused(path, brain=own(name).brain)
 
 
 def test_a_users_mistakes_in_them_are_told_in_a_sentence(own, tmp_path):
     with pytest.raises(SclaError, match=r"its state\(\) returns what no checkpoint can hold: cells is set"):
         rollout(own("Wrong"), tmp_path / "wrong", pictures=False, checkpoint_period_s=0.0)
     path = stopped(own("Broken"), tmp_path / "broken", 20)
-    assert "its restore() raised RuntimeError" in refused(path)
+    assert "its restore() raised RuntimeError" in refused(path, brain=own("Broken").brain)
+
+
+TELLTALE = """
+from pathlib import Path
+Path("imported").touch()
+"""
+
+
+def test_no_code_is_imported_that_the_run_names_but_the_user_does_not(run, tmp_path, monkeypatch):
+    (tmp_path / "telltale_brain.py").write_text(TELLTALE)
+    monkeypatch.chdir(tmp_path)
+    (run / "seal.json").unlink()
+    write_json(run / "config.json", read_json(run / "config.json") | {"brain": "telltale_brain:Able"})
+    said = (
+        "was made by --brain telltale_brain:Able, which is code of its own: name it again, --brain telltale_brain:Able"
+    )
+    for brain in (None, "scla", "os:system", "telltale_brain:Other"):
+        assert said in refused(run, brain=brain)
+    assert not (tmp_path / "imported").exists()
+    assert "has no class Able" in refused(run, brain="telltale_brain:Able")
+    assert (tmp_path / "imported").exists()
+
+
+def test_a_run_of_the_library_is_not_resumed_with_another_brain(run):
+    assert "was made by --brain scla, not by --brain random" in refused(run, brain="random")
 
 
 def test_the_documented_methods_make_the_documented_brain_resumable(tmp_path, monkeypatch):
@@ -171,5 +196,5 @@ def test_the_documented_methods_make_the_documented_brain_resumable(tmp_path, mo
     (tmp_path / "documented_brain.py").write_text(brain + "\n" + methods)
     monkeypatch.chdir(tmp_path)
     config = dataclasses.replace(QUICK, brain="documented_brain:LastGoodMove", protocol="sensed-start")
-    resume(stopped(config, tmp_path / "cut", 25), pictures=False)
+    resume(stopped(config, tmp_path / "cut", 25), brain=config.brain, pictures=False)
     assert_same_run(whole(config, tmp_path / "whole"), tmp_path / "cut")
