@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bench:
-    """Time a run's decisions beside bare physics and bare neurons, in turn; print medians and ratios (2 minutes).
+    """Time a run's decisions beside bare physics and bare neurons, in turn; print medians and ratios (3 minutes).
     --growth, --long, --seeds and --peers measure that instead."""
 
     repetitions: int = 5
     """Repetitions in turn; each figure is a median over them."""
     growth: bool = False
-    """Cost against neurons and the floor's size, and an hour without reward (4 minutes)."""
+    """Cost against neurons and the floor's size, and an hour without reward (5 minutes)."""
     long: bool = False
     """Memory and speed over 30,000 decisions beside 3,000 and beside their bare parts (6 minutes)."""
     seeds: bool = False
@@ -76,17 +76,23 @@ class Bench:
 
     def _check(self, names: list[str]) -> None:
         """Refuse whatever cannot be measured or written, before minutes are spent."""
-        from scla_mj.experiments.bench import suites
+        from scla_mj.experiments.bench import outputs, suites
+        from scla_mj.experiments.bench.interpreter import require_peers_python
+        from scla_mj.experiments.bench.tape import require_replayable
 
         if self.repetitions < 1:
             raise SclaError(f"--repetitions is {self.repetitions}: it must be 1 or more")
-        if self.json is not None and self.json.exists():
-            raise SclaError(f"{self.json} exists already: choose another file")
-        if self.into is not None and not self.into.is_file():
-            raise SclaError(f"--into {self.into} is no file: name a Markdown page")
+        if self.json is not None:
+            outputs.require_new_file("--json", self.json)
+        if self.into is not None:
+            outputs.require_page("--into", self.into, [key for name in names for key in suites.SUITES[name].keys])
         if self.out is not None:
             suites.require_room(self.out, names)
         self.config.check()
+        if names != ["seeds"]:  # two seeds are whole runs, of any brain
+            require_replayable(self.config)
+        if self.peers is not None:
+            require_peers_python(self.peers)
 
     def _write(self, sheets: list[Sheet], machine: str) -> None:
         from scla_mj.experiments.bench.sheet import replace_tables

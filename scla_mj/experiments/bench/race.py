@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import statistics
@@ -72,8 +73,9 @@ class Peer:
     def round(self) -> Round:
         """Run a second of network time."""
         assert self._process.stdin is not None
-        self._process.stdin.write("go\n")
-        self._process.stdin.flush()
+        with contextlib.suppress(BrokenPipeError):  # it has ended: the missing answer tells why
+            self._process.stdin.write("go\n")
+            self._process.stdin.flush()
         answer = self._answer()
         return Round(float(answer["cpu_s"]), _by_kind(answer["counts"]))
 
@@ -93,8 +95,6 @@ def race(config: RunConfig, python: Path, *, repetitions: int, watch: Watch) -> 
     Raises:
         SclaError: a peer does not start, or its spikes or rates differ from ours.
     """
-    if not python.is_file():
-        raise SclaError(f"--peers {python} is no file: it must be the peers' own python (see {REQUIREMENTS})")
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         checked = _check(config, python, Path(folder), watch)
         work = _work(config, repetitions + 1)
@@ -188,7 +188,7 @@ def run_to_the_end(python: Path, name: str, job: Path, result: Path) -> None:
             process.communicate(timeout=_LONGEST_S)
         except subprocess.TimeoutExpired:
             raise SclaError(f"the peer {name} has not ended after {_LONGEST_S:.0f} s: start it by hand") from None
-        if process.returncode:
+        if process.returncode or not result.exists():
             raise SclaError(complaint(name, complaints))
 
 

@@ -42,19 +42,32 @@ def replace_tables(text: str, sheets: Sequence[Sheet], *, machine: str) -> str:
     Raises:
         SclaError: the page has no such place for one of them.
     """
+    require_places(text, [sheet.key for sheet in sheets])
     for sheet in sheets:
-        place = re.compile(rf"(<!-- bench: {re.escape(sheet.key)} -->\n).*?(<!-- end -->)", re.DOTALL)
         table = f"{markdown(sheet)}\nMeasured on {machine}.\n"
-        text, found = place.subn(_between(table), text)
-        if not found:
-            raise SclaError(f"the page has no line <!-- bench: {sheet.key} --> with <!-- end --> behind it")
+        text = _place(sheet.key).sub(_between(table), text)
     return text
+
+
+def require_places(text: str, keys: Sequence[str]) -> None:
+    """Find on a Markdown page the place of every table that these keys name.
+
+    Raises:
+        SclaError: one has none.
+    """
+    for key in keys:
+        if not _place(key).search(text):
+            raise SclaError(f"the page has no line <!-- bench: {key} --> with <!-- end --> behind it")
 
 
 def against(value: float, target: float, *, at_least: bool = False) -> str:
     """Say whether a figure reaches its target."""
     reached = value >= target if at_least else value <= target
     return f"{'≥' if at_least else '≤'} {target:g} {'met' if reached else 'missed'}"
+
+
+def _place(key: str) -> re.Pattern[str]:
+    return re.compile(rf"(<!-- bench: {re.escape(key)} -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def _between(table: str) -> Callable[[re.Match[str]], str]:

@@ -12,6 +12,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.bench import bodies, charts, growth, parts, processes, race, rollouts
 from scla_mj.experiments.bench.crosscheck import CHECKS
+from scla_mj.experiments.bench.outputs import require_folder
 from scla_mj.experiments.bench.sheet import Sheet, comma_separated
 from scla_mj.experiments.bench.timing import Watch
 
@@ -108,10 +109,9 @@ def require_room(folder: Path, names: list[str]) -> None:
     """Refuse to write over anything, before anything is measured.
 
     Raises:
-        SclaError: one of the files exists, or the folder is a file.
+        SclaError: one of the files exists, or the folder is a file or may not be written to.
     """
-    if folder.exists() and not folder.is_dir():
-        raise SclaError(f"{folder} is a file: choose a folder")
+    require_folder("--out", folder)
     for file in files_of(names):
         if (folder / file).exists():
             raise SclaError(f"{folder / file} exists already: choose another folder")

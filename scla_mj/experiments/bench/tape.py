@@ -108,12 +108,7 @@ def record(config: RunConfig) -> Tape:
     Raises:
         SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
     """
-    if config.brain != "scla":
-        raise SclaError(f"--brain {config.brain} has no network to replay: the bench takes scla")
-    if config.plasticity.dopamine_delay_s:
-        raise SclaError("--plasticity.dopamine-delay-s is not 0: the bench replays dopamine without delay")
-    if config.disturbance != DisturbanceConfig() or config.localisation != "truth":
-        raise SclaError("the bench replays an undisturbed robot that knows its pose: leave --disturb and the like out")
+    require_replayable(config)
     trial, tape = build_trial(config), Tape()
     assert isinstance(trial.brain, SclaBrain)
     trial.brain.network = _TapedNetwork(tape, config)
@@ -127,6 +122,20 @@ def record(config: RunConfig) -> Tape:
             tape.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
             fresh = done.hit or done.move.fallen
     return tape
+
+
+def require_replayable(config: RunConfig) -> None:
+    """Refuse what the bare parts cannot replay, before anything is run.
+
+    Raises:
+        SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
+    """
+    if config.brain != "scla":
+        raise SclaError(f"--brain {config.brain} has no network to replay: the bench takes scla")
+    if config.plasticity.dopamine_delay_s:
+        raise SclaError("--plasticity.dopamine-delay-s is not 0: the bench replays dopamine without delay")
+    if config.disturbance != DisturbanceConfig() or config.localisation != "truth":
+        raise SclaError("the bench replays an undisturbed robot that knows its pose: leave --disturb and the like out")
 
 
 def _physics_state(world: World) -> NDArray[np.float64]:

@@ -9,3 +9,7 @@ from typing import Final
 
 WORKER: Final = Path(__file__).with_name("worker.py")
 REQUIREMENTS: Final = Path(__file__).with_name("requirements.txt")
+MODULES: Final = ("numpy", "brian2", "nest")
+"""What an environment of the peers must be able to import."""
+INSTALL: Final = f"python3 -m venv .peers && .peers/bin/pip install -r {REQUIREMENTS}"
+"""The line that makes one."""
