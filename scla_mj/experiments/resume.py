@@ -17,7 +17,7 @@ from scla_mj.runs import folder
 from scla_mj.runs.atomic import cannot_write, remove_scratch
 from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
 from scla_mj.runs.decisions import take_back
-from scla_mj.runs.seal import check_seal, lift_seal
+from scla_mj.runs.seal import broken_files, lift_seal
 from scla_mj.runs.summary import read_summary
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ def resume(
     run = folder.open_run(path)
     _refuse_unnamed_brain(run, brain)
     with running(run.path):
+        _refuse_broken(run)
         _refuse_complete(run)
         _refuse_other_versions(run)
         session = Session(run, build_trial(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
@@ -75,6 +76,15 @@ def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:
     raise SclaError(
         f"{run.path} was made by {option}, which is code of its own: name it again, {option}, if you trust it"
     )
+
+
+def _refuse_broken(run: Run) -> None:
+    """A run that ended in order goes on only from the files that it left, but may start again without a checkpoint."""
+    for name, fault in broken_files(run.path).items():
+        if name != paths.CHECKPOINT_NPZ:
+            raise SclaError(fault)
+        if run.file(name).exists():
+            raise SclaError(f"{fault}, or {START_AGAIN}")
 
 
 def _refuse_complete(run: Run) -> None:
@@ -110,8 +120,6 @@ def _restore(session: Session, run: Run) -> None:
 
 def _take_back(run: Run, decisions: int) -> None:
     """Turn the folder back to what it was after that many decisions; recordings stay, as they tell their own part."""
-    logs = (paths.DECISIONS_PARQUET, paths.DECISIONS_PARTIAL)
-    check_seal(run.path, *(name for name in logs if run.file(name).exists()))
     lift_seal(run.path)
     for name in folder.RUN_FILES:
         remove_scratch(run.file(name))

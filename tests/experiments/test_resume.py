@@ -78,6 +78,7 @@ def test_decisions_after_the_checkpoint_are_made_again_and_counted_once(tmp_path
     checkpoint = (path / "checkpoint.npz").read_bytes()
     stopped(HARD, path, 25, begin=False)
     (path / "checkpoint.npz").write_bytes(checkpoint)
+    (path / "seal.json").unlink()
     assert read_decisions(path).num_rows == 65
     resume(path, pictures=False)
     assert_same_run(hard, path)

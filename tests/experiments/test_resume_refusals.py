@@ -15,12 +15,23 @@ from scla_mj.experiments.rollout import rollout
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.checkpoint import read_checkpoint, write_checkpoint
 
+RECORDED = dataclasses.replace(QUICK, telemetry="light")
 OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
 
 
 @pytest.fixture(scope="module")
 def cut(tmp_path_factory):
     return stopped(QUICK, tmp_path_factory.mktemp("cut") / "run", 20)
+
+
+@pytest.fixture(scope="module")
+def cut_recording(tmp_path_factory):
+    return stopped(RECORDED, tmp_path_factory.mktemp("recorded") / "run", 20)
+
+
+@pytest.fixture
+def recorded(cut_recording, tmp_path):
+    return shutil.copytree(cut_recording, tmp_path / "recorded")
 
 
 @pytest.fixture
@@ -84,7 +95,26 @@ def test_a_damaged_checkpoint_is_refused_and_the_run_can_start_again(run, tmp_pa
     assert_same_run(whole(QUICK, tmp_path / "whole"), run)
 
 
+@pytest.mark.parametrize(
+    "name", ["config.json", "decisions.parquet", "summary.json", "brain.npz", "checkpoint.npz", "recording.rrd"]
+)
+def test_a_stopped_run_goes_on_only_if_every_file_is_as_it_left_it(name, recorded):
+    with (recorded / name).open("ab") as file:
+        file.write(b"\n")
+    assert f"{name} is damaged: its bytes are not those that the run wrote" in refused(recorded)
+    if name != "checkpoint.npz":
+        (recorded / name).unlink()
+        assert re.search(rf"{re.escape(name)} (is missing: seal.json lists it|does not exist)", refused(recorded))
+
+
+def test_a_complete_run_that_was_damaged_is_not_called_complete(run):
+    resume(run, pictures=False)
+    (run / "brain.npz").write_bytes(b"")
+    assert "brain.npz is damaged" in refused(run)
+
+
 def test_a_checkpoint_that_lacks_a_part_or_fits_no_brain_is_refused(run):
+    (run / "seal.json").unlink()
     state = read_checkpoint(run)
     for change in ({"trial": {}}, {"account": 3}, {"recorder": None, "trial": state["trial"] | {"brain": {"rng": 1}}}):
         write_checkpoint(run, state | change)
