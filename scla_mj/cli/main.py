@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import Final
 
@@ -17,10 +18,25 @@ from scla_mj.experiments.interrupts import Terminated, terminable
 VERBS: Final = {"rollout": Rollout, "resume": Resume, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
 _EXIT_INTERRUPTED: Final = 130
 _EXIT_TERMINATED: Final = 143
+_EXIT_BROKEN_PIPE: Final = 141
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code: 0 done, 2 bad input, 130 interrupted, 143 terminated."""
+    """Run the command line and return its exit code.
+
+    0 done, 2 bad input, 130 interrupted, 141 nobody reads the output any more, 143 terminated.
+    """
+    try:
+        try:
+            return _run(arguments)
+        finally:
+            print(end="", flush=True)  # here, where a closed pipe can be caught, rather than as Python ends
+    except BrokenPipeError:
+        _silence()
+        return _EXIT_BROKEN_PIPE
+
+
+def _run(arguments: list[str] | None) -> int:
     try:
         with terminable():
             verb = parse(VERBS, sys.argv[1:] if arguments is None else arguments, prog="scla-mj")
@@ -34,6 +50,14 @@ def main(arguments: list[str] | None = None) -> int:
         )
         print(f"scla-mj: {how}; what was complete is on disk", file=sys.stderr)
         return code
+
+
+def _silence() -> None:
+    """Let what is still to be flushed end nowhere, as the note on SIGPIPE in Python's `signal` documentation has it."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            os.dup2(nowhere, stream.fileno())
 
 
 if __name__ == "__main__":

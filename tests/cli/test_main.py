@@ -1,6 +1,7 @@
 """The command line as a user meets it."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from scla_mj.cli.main import main
+from scla_mj.cli.main import VERBS, main
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.decisions import read_decisions
 
@@ -168,3 +169,22 @@ def test_named_disturbances_are_kept_as_the_figures_that_they_stand_for(tmp_path
     assert (kept["disturbance"]["latency_periods"], kept["disturbance"]["tilt_deg"]) == (1, 1.0)
     assert kept["disturbance"]["mass_scale"] == [1.0, 1.0]
     assert json.loads((run / "summary.json").read_text())["localisation"]["wrong_cells"] == 0
+
+
+@pytest.mark.parametrize("arguments", [["--help"], *([verb, "--help"] for verb in VERBS)])
+def test_output_that_nobody_reads_ends_quietly(arguments):
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as pipe:
+        command = [sys.executable, "-m", "scla_mj.cli.main", *arguments]
+        done = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.stderr == ""
+    assert done.returncode == 141
+
+
+def test_a_sentence_that_nobody_reads_ends_quietly():
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as pipe:
+        command = [sys.executable, "-m", "scla_mj.cli.main", "fly"]
+        assert subprocess.run(command, stdout=pipe, stderr=pipe, check=False).returncode == 141
