@@ -60,7 +60,7 @@ class Bench:
             suite = suites.SUITES[name]
             with Progress(console=Console(stderr=True), transient=True) as bar:
                 task = bar.add_task(name, total=suite.ticks(order))
-                result = suite.run(order, functools.partial(bar.advance, task))
+                result = suites.measure(name, order, functools.partial(bar.advance, task))
             for sheet in result.sheets:
                 console.print(_table(sheet))
             if self.out is not None:

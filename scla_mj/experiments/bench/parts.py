@@ -12,7 +12,7 @@ from scla_mj.brain.network import kernel
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.network.state import NetworkState
 from scla_mj.config import RunConfig
-from scla_mj.experiments.bench.sheet import Sheet, against
+from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
 from scla_mj.experiments.bench.timing import Contender, Watch, median_cpu_s
 from scla_mj.experiments.bench.workload import CHUNK_MS, CHUNKS_A_SECOND, Workload, build_network, rewarded, run_chunks
 
@@ -82,7 +82,7 @@ def sheet(parts: Parts) -> Sheet:
     rows.append(("kernel", f"{parts.whole:.2f}", f"{parts.whole / parts.floor:.2f}", ""))
     target = against(parts.over_floor, _TARGET)
     rows.append(("network, 50 ms at a time", f"{parts.chunked:.2f}", f"{parts.over_floor:.2f}", target))
-    return Sheet(
+    table = Sheet(
         "network",
         "CPU time of a network ms",
         ("what", "us a network ms", "over the floor", "target"),
@@ -92,6 +92,8 @@ def sheet(parts: Parts) -> Sheet:
         "One sensory population is driven, dopamine comes once a second, input and read-out every 50 ms.",
         {**parts._asdict(), "over_floor": parts.over_floor},
     )
+    contain_it = (parts.neurons, parts.whole, parts.chunked)
+    return doubted(table, FLOOR_ABOVE) if parts.floor > min(contain_it) else table
 
 
 def _warm(config: RunConfig) -> tuple[Network, Workload]:

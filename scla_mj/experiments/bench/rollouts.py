@@ -13,7 +13,7 @@ from scla_mj.brain.network.network import Network
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.config import RunConfig, Telemetry
 from scla_mj.experiments.assemble import build_trial
-from scla_mj.experiments.bench.sheet import Sheet, against
+from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
 from scla_mj.experiments.bench.tape import Tape, record, replay_network, replay_physics
 from scla_mj.experiments.bench.timing import Contender, Watch, median_cpu_s, nothing
 from scla_mj.experiments.rollout import rollout
@@ -108,7 +108,7 @@ def _cost_sheet(cost: Cost) -> Sheet:
         )
         values |= {f"{name}_ms": cost.decision[name], f"{name}_fixed_ms": cost.fixed[name], f"{name}_ratio": ratio}
         values |= {f"{name}_ratio_with_fixed": whole, f"{name}_decisions_per_s": 1000.0 / cost.decision[name]}
-    return Sheet(
+    table = Sheet(
         "rollout",
         f"CPU time of a decision, {cost.decisions} decisions",
         ("what", "ms", "over bare parts", "target", "fixed ms", "fixed included"),
@@ -118,6 +118,7 @@ def _cost_sheet(cost: Cost) -> Sheet:
         f"of network time a decision; {1000.0 / cost.decision['light']:.0f} decisions a CPU second at telemetry light.",
         values,
     )
+    return doubted(table, FLOOR_ABOVE) if min(map(cost.ratio, TELEMETRY)) < 1 else table
 
 
 def _recording_sheet(cost: Cost) -> Sheet:

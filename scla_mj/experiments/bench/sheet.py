@@ -6,9 +6,13 @@ import csv
 import io
 import re
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from scla_mj.errors import SclaError
+
+ONE_REPETITION: Final = "a single repetition cannot tell; take more."
+FLOOR_ABOVE: Final = "noise: a floor costs more here than what contains it; measure again on a quiet machine."
+_VERDICT: Final = re.compile(r"(?<= )(?:met|missed)$")
 
 
 class Sheet(NamedTuple):
@@ -64,6 +68,14 @@ def against(value: float, target: float, *, at_least: bool = False) -> str:
     """Say whether a figure reaches its target."""
     reached = value >= target if at_least else value <= target
     return f"{'≥' if at_least else '≤'} {target:g} {'met' if reached else 'missed'}"
+
+
+def doubted(sheet: Sheet, why: str, *, row: str | None = None) -> Sheet:
+    """Return the table with `?` for its verdicts, or for that of one row, and a note that says why."""
+    rows = tuple(
+        tuple(_VERDICT.sub("?", cell) for cell in cells) if row in (None, cells[0]) else cells for cells in sheet.rows
+    )
+    return sheet._replace(rows=rows, note=f"{sheet.note} ?: {why}".strip())
 
 
 def _place(key: str) -> re.Pattern[str]:

@@ -13,10 +13,12 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments.bench import bodies, charts, growth, parts, processes, race, rollouts
 from scla_mj.experiments.bench.crosscheck import CHECKS
 from scla_mj.experiments.bench.outputs import require_folder
-from scla_mj.experiments.bench.sheet import Sheet, comma_separated
+from scla_mj.experiments.bench.sheet import ONE_REPETITION, Sheet, comma_separated, doubted
 from scla_mj.experiments.bench.timing import Watch
 
 _STARTS_AT_MOST: Final = 3
+_TIMED: Final = ("rollout", "network", "move", "start", "neurons", "floors", "seeds", "peers")
+"""The tables whose figures are medians over the repetitions; the others count bytes, or repeat in their own way."""
 
 
 class Order(NamedTuple):
@@ -97,6 +99,15 @@ SUITES: Final = {
         _peers,
     ),
 }
+
+
+def measure(name: str, order: Order, watch: Watch) -> Result:
+    """Run a suite; what a single repetition timed is not judged."""
+    result = SUITES[name].run(order, watch)
+    if order.repetitions > 1:
+        return result
+    sheets = [doubted(sheet, ONE_REPETITION) if sheet.key in _TIMED else sheet for sheet in result.sheets]
+    return result._replace(sheets=sheets)
 
 
 def files_of(names: list[str]) -> list[str]:
