@@ -19,6 +19,7 @@ from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
 from scla_mj.runs.decisions import take_back
 from scla_mj.runs.seal import broken_files, lift_seal
 from scla_mj.runs.summary import read_summary
+from scla_mj.telemetry.growth import check_parts
 
 if TYPE_CHECKING:
     from scla_mj.runs.folder import Run
@@ -112,10 +113,23 @@ def _restore(session: Session, run: Run) -> None:
         return
     if state.get("config") != run.content:
         raise SclaError(f"{path} does not belong to {run.file(paths.CONFIG_JSON)}: one of them is of another run")
+    _refuse_missing_log(run)
     try:
+        if state["recorder"] is not None:
+            check_parts(run.path, state["recorder"].get("parts", []))
         session.restore(state)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise SclaError(f"{path} does not fit its own run ({type(error).__name__}: {error}); {START_AGAIN}") from error
+
+
+def _refuse_missing_log(run: Run) -> None:
+    logs = (paths.DECISIONS_PARQUET, paths.DECISIONS_PARTIAL)
+    if not any(run.file(name).exists() for name in logs):
+        missing, builds = run.file(paths.DECISIONS_PARTIAL), paths.CHECKPOINT_NPZ
+        raise SclaError(
+            f"{missing} is missing, the decisions that {builds} builds on: put it back, or move {builds} away and the "
+            "run starts again from its beginning, to the same bits"
+        )
 
 
 def _take_back(run: Run, decisions: int) -> None:

@@ -21,6 +21,7 @@ from scla_mj.telemetry.about import describe
 from scla_mj.telemetry.blueprint import build_blueprint, raster_layout
 from scla_mj.telemetry.buffer import Buffer
 from scla_mj.telemetry.columns import send_buffer
+from scla_mj.telemetry.growth import Growth
 from scla_mj.telemetry.learning import LearningCurve
 from scla_mj.telemetry.memory import log_snapshot
 from scla_mj.telemetry.poses import POSE_PERIOD_S, end_time_s
@@ -105,6 +106,7 @@ class RerunRecorder:
         self._decision = first_decision - 1
         self._last: _Last | None = None
         self._remembered: dict[str, int] = {}
+        self._growth, self._earlier = Growth(self._path), list[dict[str, Any]]()
         self._closed = False
 
     def move_target(self, grid: Grid, *, ceiling_hits_per_1000: float) -> None:
@@ -144,8 +146,7 @@ class RerunRecorder:
         self._send()
         self._flush()
         try:
-            with self._path.open("rb+") as file:
-                os.fsync(file.fileno())
+            self._growth.sync()
         except OSError as error:
             raise _cannot_write(self._path, error.strerror or error) from error
 
@@ -156,6 +157,7 @@ class RerunRecorder:
             "remembered": dict(self._remembered),
             "curve": self._curve.state(),
             "strip": self._buffer.strip.state(),
+            "parts": [*self._earlier, self._growth.state()],
         }
 
     def restore(self, state: dict[str, Any], grid: Grid, *, ceiling_hits_per_1000: float) -> None:
@@ -165,6 +167,7 @@ class RerunRecorder:
         self._remembered = dict(state["remembered"])
         self._curve.restore(state["curve"])
         self._buffer.strip.restore(state["strip"])
+        self._earlier = list(state.get("parts", []))
 
     def close(self, snapshot: Snapshot | None = None, *, stopped: bool = False) -> None:
         """Send what is left, the brain's last memory if given, and finish the file; a second call does nothing.

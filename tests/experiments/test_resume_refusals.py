@@ -12,8 +12,11 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments.lock import running
 from scla_mj.experiments.resume import resume
 from scla_mj.experiments.rollout import rollout
+from scla_mj.paths import recordings
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.checkpoint import read_checkpoint, write_checkpoint
+from scla_mj.runs.summary import read_summary
+from scla_mj.telemetry.reader import inspect_recording
 
 RECORDED = dataclasses.replace(QUICK, telemetry="light")
 OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
@@ -107,6 +110,52 @@ def test_a_stopped_run_goes_on_only_if_every_file_is_as_it_left_it(name, recorde
         assert re.search(rf"{re.escape(name)} (is missing: seal.json lists it|does not exist)", refused(recorded))
 
 
+@pytest.fixture(scope="module")
+def cut_killed(tmp_path_factory):
+    """A run whose first part was stopped and whose second was killed, as its folder was then."""
+    path = stopped(RECORDED, tmp_path_factory.mktemp("killed") / "run", 20)
+
+    def copy(record, epoch):
+        if (record.epoch, record.decision) == (2, 20):
+            shutil.copytree(path, path.with_name("killed"))
+
+    resume(path, watch=copy, pictures=False, checkpoint_period_s=0.0)
+    return path.with_name("killed")
+
+
+@pytest.fixture
+def killed(cut_killed, tmp_path):
+    return shutil.copytree(cut_killed, tmp_path / "killed")
+
+
+@pytest.mark.parametrize("part", ["recording.rrd", "recording-2.rrd"])
+def test_a_killed_run_does_not_go_on_from_a_damaged_recording(part, killed, tmp_path):
+    vouched = {known["name"]: known["bytes"] for known in read_checkpoint(killed)["recorder"]["parts"]}
+    assert list(vouched) == ["recording.rrd", "recording-2.rrd"]
+    path, sound = killed / part, (killed / part).read_bytes()
+    size = vouched[part]
+    assert 100_000 < size <= len(sound)
+    for place in (0, size // 2, size - 1):
+        path.write_bytes(sound[:place] + bytes([sound[place] ^ 1]) + sound[place + 1 :])
+        assert f"{part} is damaged, as its first {size} bytes are not those that the run wrote" in refused(killed)
+    path.write_bytes(sound[: size - 1])
+    assert f"{part} is damaged, as it holds {size - 1} bytes" in refused(killed)
+    path.unlink()
+    assert f"{part} is missing: fetch a sound copy, or move it and checkpoint.npz away" in refused(killed)
+    path.write_bytes(sound)
+    resume(killed, pictures=False)
+    assert_same_run(whole(QUICK, tmp_path / "whole"), killed)
+    assert inspect_recording(*recordings(killed)).decisions == 60
+
+
+def test_the_remedy_for_a_damaged_recording_gives_the_whole_run(killed, tmp_path):
+    (killed / "recording.rrd").unlink()
+    (killed / "checkpoint.npz").unlink()
+    resume(killed, pictures=False)
+    assert_same_run(whole(QUICK, tmp_path / "whole"), killed)
+    assert inspect_recording(*recordings(killed)).decisions == 60
+
+
 def test_a_complete_run_that_was_damaged_is_not_called_complete(run):
     resume(run, pictures=False)
     (run / "brain.npz").write_bytes(b"")
@@ -128,7 +177,11 @@ def test_decisions_that_are_damaged_or_too_few_are_refused(run):
     write_checkpoint(run, state)
     assert "of 25 decisions" in refused(run)
     (run / "decisions.parquet").unlink()
-    assert "does not exist" in refused(run)
+    said = refused(run)
+    assert "decisions.partial.arrows is missing, the decisions that checkpoint.npz builds on: put it back" in said
+    (run / "checkpoint.npz").unlink()  # the remedy that it names
+    resume(run, pictures=False)
+    assert read_summary(run).epochs[-1].decisions == QUICK.decisions
 
 
 def test_what_is_no_run_is_not_resumed(tmp_path):
