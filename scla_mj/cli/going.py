@@ -8,12 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
+from scla_mj.limits import flatten
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from scla_mj.config import RunConfig
     from scla_mj.runs.summary import Summary
 
 
@@ -35,7 +36,7 @@ def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Ca
         if (path / CHECKPOINT_NPZ).exists():
             print(f"scla-mj resume {_arguments(path, config)} goes on from here", file=sys.stderr)
         raise
-    _report(path, summary)
+    _report(path, config, summary)
 
 
 def _arguments(path: Path, config: RunConfig) -> str:
@@ -46,7 +47,7 @@ def _arguments(path: Path, config: RunConfig) -> str:
     return shlex.join([str(path), *named])
 
 
-def _report(path: Path, summary: Summary) -> None:
+def _report(path: Path, config: RunConfig, summary: Summary) -> None:
     from rich.console import Console
 
     from scla_mj.cli.tables import epoch_table, files_table
@@ -54,11 +55,25 @@ def _report(path: Path, summary: Summary) -> None:
 
     console = Console()
     console.print(epoch_table(summary))
+    hardships = _hardships(config)
+    if hardships:
+        _say(console, f"Under:  {hardships}")
     console.print(files_table(path))
     _say(console, f"The run:  {path}")
     parts = recordings(path)
     if parts:
         _say(console, f"Open the recording:  rerun {shlex.join(map(str, parts))}")
+
+
+def _hardships(config: RunConfig) -> str:
+    """Name what the robot had to bear that its controller knows nothing of, and what it found its place by."""
+    plain = flatten(RunConfig())
+    borne = [
+        f"{name.removeprefix('disturbance.')} {value}"
+        for name, value in flatten(config).items()
+        if name.startswith("disturbance.") and value != plain[name]
+    ]
+    return ", ".join(borne + ([] if config.localisation == "truth" else [f"localisation {config.localisation}"]))
 
 
 def _say(console: Console, line: str) -> None:

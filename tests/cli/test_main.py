@@ -159,7 +159,7 @@ def test_the_scripts_take_the_same_options(tmp_path):
     assert read_decisions(run).num_rows == 3
 
 
-def test_named_disturbances_are_kept_as_the_figures_that_they_stand_for(tmp_path):
+def test_named_disturbances_are_kept_as_the_figures_that_they_stand_for(tmp_path, capsys):
     run = tmp_path / "run"
     options = ["--disturb", "friction", "latency", "--disturbance.tilt-deg", "1", "--localisation", "sensors"]
     few = ["--epochs", "1", "--decisions", "2", "--telemetry", "off", "--brain", "random"]
@@ -168,6 +168,10 @@ def test_named_disturbances_are_kept_as_the_figures_that_they_stand_for(tmp_path
     assert kept["disturbance"]["friction_scale"] == [0.3, 1.5]
     assert (kept["disturbance"]["latency_periods"], kept["disturbance"]["tilt_deg"]) == (1, 1.0)
     assert kept["disturbance"]["mass_scale"] == [1.0, 1.0]
+    assert (
+        "Under:  friction-scale (0.3, 1.5), latency-periods 1, tilt-deg 1.0, localisation sensors"
+        in capsys.readouterr().out
+    )
     assert json.loads((run / "summary.json").read_text())["localisation"]["wrong_cells"] == 0
 
 
@@ -188,3 +192,32 @@ def test_a_sentence_that_nobody_reads_ends_quietly():
     with os.fdopen(writer, "w") as pipe:
         command = [sys.executable, "-m", "scla_mj.cli.main", "fly"]
         assert subprocess.run(command, stdout=pipe, stderr=pipe, check=False).returncode == 141
+
+
+def test_a_typed_figure_counts_for_more_than_a_named_set_even_where_it_is_the_neutral_one(tmp_path):
+    run = tmp_path / "run"
+    options = ["--disturb", "all", "--disturbance.tilt-deg", "0", "--disturbance.friction_scale", "1", "1"]
+    few = ["--epochs", "1", "--decisions", "2", "--telemetry", "off", "--brain", "random"]
+    assert main(["rollout", str(run), *options, *few]) == 0
+    kept = json.loads((run / "config.json").read_text())["disturbance"]
+    assert (kept["tilt_deg"], kept["friction_scale"], kept["mass_scale"]) == (0.0, [1.0, 1.0], [0.7, 1.3])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"), [([], "names nothing"), (["tilt", "runs/x"], "runs/x: a set must be one of")]
+)
+def test_disturb_wants_known_sets_and_says_where_the_folder_goes(words, said, tmp_path, capsys):
+    message = refused(["rollout", str(tmp_path / "run"), "--disturb", *words], capsys)
+    assert said in message and "RUN goes before it" in message
+
+
+def test_a_run_that_was_not_recorded_is_told_from_one_that_lost_its_recording(tmp_path, capsys):
+    run = tmp_path / "run"
+    few = ["--epochs", "1", "--decisions", "2", "--brain", "random"]
+    assert main(["rollout", str(run), "--telemetry", "off", *few]) == 0
+    capsys.readouterr()
+    assert "there is no recording" in refused(["inspect", str(run)], capsys)
+    assert main(["rollout", str(tmp_path / "lost"), *few]) == 0
+    (tmp_path / "lost" / "recording.rrd").unlink()
+    capsys.readouterr()
+    assert "seal.json lists it" in refused(["inspect", str(tmp_path / "lost")], capsys)
