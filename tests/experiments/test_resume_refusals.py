@@ -3,6 +3,7 @@
 import dataclasses
 import re
 import shutil
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -276,7 +277,7 @@ def test_a_run_of_the_library_is_not_resumed_with_another_brain(run):
 
 def test_the_documented_methods_make_the_documented_brain_resumable(tmp_path, monkeypatch):
     brain, methods = re.findall(r"```python\n(.*?)```", OWN_BRAIN.read_text(encoding="utf-8"), re.DOTALL)
-    (tmp_path / "documented_brain.py").write_text(brain + "\n" + methods)
+    (tmp_path / "documented_brain.py").write_text(brain + "\n" + textwrap.indent(methods, "    "))
     monkeypatch.chdir(tmp_path)
     config = dataclasses.replace(QUICK, brain="documented_brain:LastGoodMove", protocol="sensed-start")
     resume(stopped(config, tmp_path / "cut", 25), brain=config.brain, pictures=False)
