@@ -19,7 +19,6 @@ from scla_mj.control.motion import (
 )
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.periods import FAULT, Body, run_periods
-from scla_mj.loop.periods import mj_step as mj_step
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
 
 if TYPE_CHECKING:

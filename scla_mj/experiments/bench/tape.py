@@ -19,7 +19,8 @@ from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.assemble import build_trial
 from scla_mj.grid import Action, Cell
-from scla_mj.loop.drive import Driver, mj_step
+from scla_mj.loop.drive import Driver
+from scla_mj.loop.periods import mj_step
 from scla_mj.randomness import Consumer, generator, seed_sequence
 from scla_mj.signals import TRAJECTORY_COLUMNS
 from scla_mj.world.world import World
