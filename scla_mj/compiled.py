@@ -1,25 +1,53 @@
-"""numba with a cache of compiled code where one can be kept, and without one where nothing is writable."""
+"""numba for loops over arrays that they are given, with a cache of compiled code where one can be kept."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
 
 from numba import njit
 
+_BORROWING: Final = {"_nrt": False}
+"""Arrays belong to the caller: counting references to every view of one would take most of a spike's time."""
 
-def cached_njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+
+def leaf_njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Return `numba.njit` for a part of a compiled loop, which neither makes an array nor returns one."""
+    decorator: Callable[[Callable[..., Any]], Any] = njit(**_BORROWING, **options)
+    return decorator
+
+
+def cached_njit(
+    *sources: ModuleType, makes_arrays: bool = False, **options: Any
+) -> Callable[[Callable[..., Any]], Any]:
     """Return `numba.njit(cache=True, **options)`, or the same without a cache where there is no place for one.
+
+    Unless the function `makes_arrays` it must be like `leaf_njit`'s.
 
     numba keeps compiled code beside the source, or in the user's cache folder where the package is read-only, or where
     NUMBA_CACHE_DIR says. Where none of them can be written it would refuse the function; this compiles it in every
     process instead, some seconds each time.
+
+    It looks at the date of the function's own file alone, and would go on with old code of what the function calls:
+    `sources` are the modules that hold it, and their digest becomes part of the name that the code is kept under.
     """
 
+    settings = options if makes_arrays else _BORROWING | options
+
     def decorate(function: Callable[..., Any]) -> Any:
+        if sources:
+            function.__qualname__ += f"-{_digest(sources)}"
         try:
-            return njit(cache=True, **options)(function)
+            return njit(cache=True, **settings)(function)
         except RuntimeError:  # "cannot cache function ...: no locator available"
-            return njit(**options)(function)
+            return njit(**settings)(function)
 
     return decorate
+
+
+def _digest(modules: tuple[ModuleType, ...]) -> str:
+    texts = (Path(str(module.__file__)).read_bytes() for module in modules)
+    return hashlib.sha256(b"".join(texts)).hexdigest()[:16]

@@ -92,12 +92,12 @@ class SclaBrain(Brain):
             thinking_steps=self._clock.thinking_steps,
             steps=self._clock.thinking_steps + self._driven_steps,
             mean_weights=self.network.mean_weights(),
-            dopamine=self.network.dopamine.copy(),
+            dopamine=self.network.dopamine,
         )
 
     def snapshot(self) -> Snapshot:
         """Return copies of the weights and the action probabilities."""
-        return Snapshot(self.network.weights.copy(), self.automata.probabilities.copy())
+        return Snapshot(self.network.weights, self.automata.probabilities.copy())
 
     def state(self) -> dict[str, Any]:
         """Return the network, the automata and what their signals come from, and the generator of ties."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -10,9 +9,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import llvmlite.binding
 import mujoco
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from scla_mj.compiled import cached_njit
+from scla_mj.compiled import cached_njit, leaf_njit
 from scla_mj.control import caution, controller, motion, profile
 from scla_mj.control.controller import begin, tick
 from scla_mj.control.motion import DRIVING, FRONT, REAR, STARTING, Goal, Motion
@@ -23,9 +22,6 @@ from scla_mj.world.interference import interfere
 from scla_mj.world.world import UPRIGHT_COSINE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from types import ModuleType
-
     from numpy.typing import NDArray
 
     from scla_mj.control.motion import Gains, State
@@ -59,7 +55,7 @@ class Body(NamedTuple):
     touch: NDArray[np.float64]
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _sense_motion(body: Body, touched: int) -> Motion:
     """Read the pose and the body's speeds, and how upright it is (not a number if the state is not)."""
     w, x, y, z = body.qpos[3], body.qpos[4], body.qpos[5], body.qpos[6]
@@ -69,20 +65,20 @@ def _sense_motion(body: Body, touched: int) -> Motion:
     return Motion(body.qpos[0], body.qpos[1], heading, speed, body.qvel[5], touched, upright)
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _believed_motion(odometer: Odometer, true: Motion) -> Motion:
     """What the robot's own sensors make of its pose and speeds; touch and lean are felt as they are."""
     estimate = odometer.estimate
     return Motion(estimate[0], estimate[1], estimate[2], estimate[3], estimate[4], true.touched, true.upright)
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _touch_of(body: Body) -> int:
     """Which bumpers touch after the latest step, as `Motion.touched` has them."""
     return (FRONT if body.touch[0] > 0.0 else 0) | (REAR if body.touch[1] > 0.0 else 0)
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
     """Fill a trajectory's row: the time, the pose with both wheels' angles, the wheel speeds as commanded."""
     row[0] = time_s
@@ -91,68 +87,54 @@ def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
     row[10], row[11] = body.ctrl[0], body.ctrl[1]
 
 
-def _compile(source_digest: str) -> Callable[..., tuple[int, int]]:
-    """Return the compiled loop.
+@cached_njit(caution, controller, motion, profile, interference, odometry, nogil=True)
+def run_periods(
+    body: Body,
+    state: State,
+    goal: Goal,
+    gains: Gains,
+    disturbance: Interference | None,
+    odometer: Odometer | None,
+    rows: NDArray[np.float64],
+    elapsed: int,
+    limit: int,
+) -> tuple[int, int]:
+    """Run control periods until the move ends or `limit` periods have passed.
 
-    numba caches it by this file's date alone, and would go on with an old controller; constants of a closure are part
-    of the cache's key too, so the digest of the sources of what it calls is one. Where there is no disturbance or no
-    odometry, numba compiles a loop that knows of none.
+    Args:
+        body: the robot.
+        state, goal, gains: the controller's.
+        disturbance: what comes between the command and the wheels, or None; numba then compiles a loop without.
+        odometer: what the robot steers by, or None for the truth; likewise.
+        rows: the trajectory's free rows, of which one is written for every period that was run.
+        elapsed, limit: control periods since the run's start, and the most to run.
+
+    Returns:
+        The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them.
     """
-
-    @cached_njit(nogil=True)
-    def run_periods(
-        body: Body,
-        state: State,
-        goal: Goal,
-        gains: Gains,
-        disturbance: Interference | None,
-        odometer: Odometer | None,
-        rows: NDArray[np.float64],
-        elapsed: int,
-        limit: int,
-    ) -> tuple[int, int]:
-        assert source_digest
-        touched, step_s = 0, gains.period_s / body.steps_per_period
-        for period in range(limit):
-            motion = _sense_motion(body, touched)
-            if not motion.upright >= UPRIGHT_COSINE:
-                return period, FAULT
-            if odometer is not None:
-                motion = _believed_motion(odometer, motion)
-            if state.phase == STARTING:
-                state = begin(goal, motion.heading_rad, state.careful)
-            state, left, right, status = tick(state, motion, goal, gains)
-            if not (math.isfinite(left) and math.isfinite(right)):
-                return period, FAULT
-            if status != DRIVING:
-                return period, status
-            if disturbance is not None:
-                left, right = interfere(disturbance, left, right)
-            body.ctrl[0], body.ctrl[1] = left, right
-            touched, turned = 0, 0.0
-            for _ in range(body.steps_per_period):
-                mj_step(body.model_address, body.data_address)
-                touched |= _touch_of(body)
-                turned += body.qvel[5] * step_s
-            if odometer is not None:
-                advance(odometer, body.qpos[7], body.qpos[8], turned)
-            _write_row(rows[period], (elapsed + period + 1) * gains.period_s, body)
-        return limit, DRIVING
-
-    compiled: Callable[..., tuple[int, int]] = run_periods
-    return compiled
-
-
-def _source_digest(*modules: ModuleType) -> str:
-    return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
-
-
-run_periods: Final = _compile(_source_digest(caution, controller, motion, profile, interference, odometry))
-"""Run control periods until the move ends or `limit` periods have passed.
-
-Args, in this order: the body; the controller's state, goal and gains; what comes between the command and the wheels
-(None for nothing); what the robot steers by (None for the truth); the trajectory's free rows, of which one is written
-for every period that was run; the control periods since the run's start; the most periods to run.
-
-Returns the periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them.
-"""
+    touched, step_s = 0, gains.period_s / body.steps_per_period
+    for period in range(limit):
+        motion = _sense_motion(body, touched)
+        if not motion.upright >= UPRIGHT_COSINE:
+            return period, FAULT
+        if odometer is not None:
+            motion = _believed_motion(odometer, motion)
+        if state.phase == STARTING:
+            state = begin(goal, motion.heading_rad, state.careful)
+        state, left, right, status = tick(state, motion, goal, gains)
+        if not (math.isfinite(left) and math.isfinite(right)):
+            return period, FAULT
+        if status != DRIVING:
+            return period, status
+        if disturbance is not None:
+            left, right = interfere(disturbance, left, right)
+        body.ctrl[0], body.ctrl[1] = left, right
+        touched, turned = 0, 0.0
+        for _ in range(body.steps_per_period):
+            mj_step(body.model_address, body.data_address)
+            touched |= _touch_of(body)
+            turned += body.qvel[5] * step_s
+        if odometer is not None:
+            advance(odometer, body.qpos[7], body.qpos[8], turned)
+        _write_row(rows[period], (elapsed + period + 1) * gains.period_s, body)
+    return limit, DRIVING

@@ -22,7 +22,7 @@ from scla_mj.paths import CHECKPOINT_NPZ
 from scla_mj.runs.archive import add_array, member
 from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, replacing
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 
 _MOST_BYTES: Final = 4e9
 """Far above the state of the largest network; more is no file of ours, and would fill the memory."""

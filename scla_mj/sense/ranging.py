@@ -59,7 +59,7 @@ def ray_angles() -> NDArray[np.float64]:
     return np.linspace(0.0, math.tau, RAYS, endpoint=False)
 
 
-@cached_njit()
+@cached_njit(makes_arrays=True)
 def expected_range(floor: FloorMap, x_m: float, y_m: float, angle_rad: float) -> tuple[float, float, float]:
     """Return how far a ray goes from a point inside the walls, and the normal of the wall it meets, facing the robot.
 
@@ -103,7 +103,7 @@ def _slab(to_centre: float, half: float, direction: float) -> tuple[float, float
     return min(first, second), max(first, second)
 
 
-@cached_njit()
+@cached_njit(makes_arrays=True)
 def corrected_pose(
     floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -139,7 +139,7 @@ def corrected_pose(
     return estimate
 
 
-@cached_njit()
+@cached_njit(makes_arrays=True)
 def misfit_m(
     floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> float:
@@ -155,7 +155,7 @@ def misfit_m(
     return total / count if count else 0.0
 
 
-@cached_njit()
+@cached_njit(makes_arrays=True)
 def located_pose(
     floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:

@@ -60,7 +60,7 @@ class DenseNetwork:
     def _decay(self):
         s = self.settings
         self.trace = self.trace * math.exp(-1 / s.trace_tau_ms)
-        self.trace[self.trace < 1e-6] = 0.0
+        self.trace[self.trace < 1e-13] = 0.0
         self.d = self.d * math.exp(-1 / s.dopamine_tau_ms)
         self.c = self.c * math.exp(-1 / s.eligibility_tau_ms)
         self.w = np.clip(self.w + s.learning_rate * self.c * self.d[:, None, None], 0.0, s.weight_max)

@@ -34,7 +34,7 @@ def oracle_and_network(rng, plasticity=PLASTICITY):
     """Both with the same dyadic weights; the constants come from two places on purpose."""
     weights = dyadic(rng, (8, 100, 100), 0.5, 1.5)
     network = build(plasticity=plasticity)
-    network.weights[:] = weights
+    network.weights = weights
     return DenseNetwork(weights), network
 
 

@@ -42,7 +42,7 @@ def test_two_seconds_with_signed_dopamine_give_the_weights_of_the_oracle():
 def test_one_pairing_and_one_reward_change_a_lone_synapse_by_the_closed_form(precision, tolerance):
     gap_ms, wait_ms, release = 7, 300, 0.5
     network = build(dataclasses.replace(QUIET, precision=precision))
-    network.weights[:] = 1.0
+    network.weights = np.ones((8, 100, 100))
     pre, post = np.zeros(1000), np.zeros(1000)
     pre[3], post[405] = 200.0, 200.0  # enough for one spike within one step
     assert network.run(1, pre).neuron.tolist() == [3]
@@ -214,9 +214,9 @@ def test_late_dopamine_comes_in_its_own_step():
     now, late = build(), build()
     amount = np.full(8, 0.5)
     late.release_dopamine(amount, delay_steps=30)
-    late.run(30)
+    late.run(29)
     assert not late.dopamine.any()
-    late.run(70)
+    late.run(71)
     now.run(30)
     now.release_dopamine(amount)
     now.run(70)

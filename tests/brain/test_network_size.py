@@ -16,7 +16,7 @@ def test_a_network_of_2000_neurons_fed_twice_alike_is_the_oracle_twice():
     rng = np.random.default_rng(4)
     oracle, small = oracle_and_network(rng)
     large = build(neurons=2000)
-    large.weights[:] = np.stack([small.weights, small.weights], axis=1)
+    large.weights = np.stack([small.weights, small.weights], axis=1)
     halves = halves_of(2000)
     spikes = 0
     for chunk in range(20):

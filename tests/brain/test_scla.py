@@ -146,7 +146,7 @@ def test_a_snapshot_is_a_copy():
     brain = build()
     snapshot = brain.snapshot()
     brain.automata.reward(Cell(1, 1), Action.UP)
-    brain.network.weights[:] = 0.0
+    brain.network.weights = np.zeros((8, 100, 100))
     assert (snapshot.probabilities == 0.25).all()
     assert snapshot.weights.min() > 0.5
 

@@ -56,7 +56,7 @@ def test_the_floor_is_the_networks_own_neurons_and_noise():
         PlasticityConfig(learning_rate_per_ms=0.0),
         seed=1,
     )
-    bare, parameters = parts._copy(network.state), network.parameters
+    bare, parameters = parts.copied(network.state), network.parameters
     spikes = network.run(200)
     parts.bare_neurons(bare, parameters.excitatory, parameters.inhibitory, parameters.noise_amplitude, 200)
     assert len(spikes.step) > 100
@@ -67,11 +67,12 @@ def test_the_floor_is_the_networks_own_neurons_and_noise():
 
 def test_the_parts_of_a_network_ms_add_up_to_the_whole():
     measured = parts.Parts(
-        floor=0.5, neurons=0.6, decay=0.1, settle=0.2, sensory=0.15, motor=0.4, whole=3.5, chunked=3.9,
-        sensory_spikes=2.0, motor_spikes=5.0,
+        floor=0.5, neurons=0.6, decay=0.1, stretch=0.2, sensory=0.15, dosed=0.35, motor=0.4, whole=3.5,
+        chunked=3.9, sensory_spikes=2.0, motor_spikes=5.0, share=0.25,
     )  # fmt: skip
     assert sum(measured.shares.values()) == pytest.approx(measured.whole)
     assert measured.shares["motor spikes"] == pytest.approx(2.0)
+    assert measured.shares["sensory spikes"] == pytest.approx(2.0 * 0.2)
     assert measured.over_floor == pytest.approx(7.8)
     assert ("network, 50 ms at a time", "3.90", "7.80", "≤ 3.5 missed") in parts.sheet(measured).rows
 

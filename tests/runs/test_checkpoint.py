@@ -115,7 +115,7 @@ def pickled():
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (sealed({"state.json": json.dumps({"format": 2, "state": {}})}), "has format 2: this scla-mj reads format 1"),
+        (sealed({"state.json": json.dumps({"format": 1, "state": {}})}), "has format 1: this scla-mj reads format 2"),
         (sealed({"other": "x"}), "is no checkpoint of scla-mj"),
         (sealed({"state.json": "{"}), "is no checkpoint of scla-mj"),
         (sealed({"state.json": "[" * 100_000}), "is no checkpoint of scla-mj"),

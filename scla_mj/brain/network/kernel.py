@@ -7,11 +7,8 @@ The order of the work inside one step is fixed and named (docs/model.md):
 4. `_motor_spike` for each: potentiate eligibility, raise the postsynaptic trace.
 5. `_inhibit`: the fixed wiring, alike for whole populations.
 
-Eligibility c and weight w of 80,000 synapses are kept lazily. With E = `decayed` = exp(-t / tau_c) and G = `gathered`
-= the sum of rate E d since the last `settle`, a synapse without spikes keeps Z = `scaled` = c / E and A = `anchor` =
-w - Z G constant, so c = Z E and w = clip(A + Z G) need no work at all. This is exact while Z and d keep their signs:
-a spike re-anchors its synapses, and dopamine is released only right after `settle`. E, G and d, a few numbers for
-80,000 synapses, are float64 always: a thousand float32 products would lose six digits of a weight's change.
+Synapses are kept lazily, and looked at when their sensory neuron fires or dopamine is released: see synapses.py. The
+steps of a call fall into stretches for that.
 
 The parts are inlined into `run` by numba itself: compiled one by one they take twice as long and run a fifth slower.
 """
@@ -20,27 +17,35 @@ The parts are inlined into `run` by numba itself: compiled one by one they take 
 from typing import Any, Final
 
 import numpy as np
-from numba import njit
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from scla_mj.anatomy import NEURONS_PER_SIDE, PROJECTIONS
-from scla_mj.brain.network.parameters import NeuronConstants, Parameters
-from scla_mj.brain.network.state import NetworkState
-from scla_mj.compiled import cached_njit
-from scla_mj.grid import Action
+from scla_mj.brain.network import rows, synapses
+from scla_mj.brain.network.parameters import NeuronConstants, Parameters, PlasticityConstants, Rates, Wiring
+from scla_mj.brain.network.rows import BLOCK
+from scla_mj.brain.network.state import NetworkState, Stretch
+from scla_mj.brain.network.synapses import (
+    CONNECTIONS,
+    OUT_OF_SENSOR,
+    SENSOR_OF,
+    SIDES,
+    Log,
+    close_stretch,
+    motor_spike,
+    open_stretch,
+    sensory_spike,
+    settle,
+)
+from scla_mj.compiled import cached_njit, leaf_njit
 
-_SIDES: Final = len(Action)
-# A population is made of blocks of this size; a projection connects block with block, all to all.
-_BLOCK: Final = NEURONS_PER_SIDE
-
+_NEURON_CONSTANTS: Final = len(NeuronConstants._fields)
+_PLASTICITY_CONSTANTS: Final = len(PlasticityConstants._fields)
+_WIRING: Final = len(Wiring._fields)
+_RATES: Final = len(Rates._fields)
 NOT_FINITE: Final = -1
 """What `run` returns, instead of a number of spikes, where a membrane potential is no longer finite."""
-_MOTOR_OF: Final = np.array([int(p.motor) for p in PROJECTIONS])
-_SENSOR_OF: Final = np.array([int(p.sensor) for p in PROJECTIONS])
-_OUT_OF_SENSOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.sensor == side] for side in Action])
-_INTO_MOTOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.motor == side] for side in Action])
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def next_noise(low: Any, high: Any, i: int) -> Any:
     """Return lane i's next 32 random bits (xoroshiro64*, Blackman and Vigna 2018), as a signed integer.
 
@@ -53,17 +58,17 @@ def next_noise(low: Any, high: Any, i: int) -> Any:
     return np.int32(np.uint32(s0 * np.uint32(0x9E3779BB)))
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _gather_current(state: NetworkState, parameters: Parameters, drive: Any) -> None:
     """Add up this step's current: drive, the last step's spikes, noise."""
     real = state.synaptic.dtype.type
-    pulse, unit, amplitude = parameters.excitatory.pulse, parameters.noise_unit, parameters.noise_amplitude
+    pulse, unit, amplitude = parameters.excitatory.pulse, parameters.wiring.noise_unit, parameters.noise_amplitude
     for i in range(drive.shape[0]):
         bits = next_noise(state.noise_low, state.noise_high, i)
         state.synaptic[i] = drive[i] + pulse * state.synaptic[i] + amplitude[i] * (unit * real(bits))
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) -> None:
     """Equations 1 and 2 for neurons of one kind: v in two half steps with the old u, then u from the new v."""
     for i in range(v.shape[0]):
@@ -77,7 +82,7 @@ def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) ->
         u[i] = ui + cell.reset_u if over else ui
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _integrate(state: NetworkState, parameters: Parameters, drive: Any) -> None:
     _gather_current(state, parameters, drive)
     v, u, current, fired = state.v, state.u, state.synaptic, state.fired
@@ -89,126 +94,84 @@ def _integrate(state: NetworkState, parameters: Parameters, drive: Any) -> None:
         current[i] = parameters.plasticity.zero
 
 
-@njit(inline="always")
-def _decay(state: NetworkState, parameters: Parameters) -> None:
-    p = parameters.plasticity
+@leaf_njit(inline="always")
+def _decay(state: NetworkState, stretch: Stretch, parameters: Parameters, step: int) -> None:
+    p, r = parameters.plasticity, parameters.rates
     for i in range(state.trace.shape[0]):
-        trace = state.trace[i] * p.trace_decay
-        state.trace[i] = trace if trace >= p.trace_floor else p.zero
-    state.decayed[0] *= p.eligibility_decay
+        state.trace[i] *= p.trace_decay
+    for side in range(SIDES):
+        state.decayed[side] *= r.eligibility_decay
     for k in range(state.dopamine.shape[0]):
-        dopamine = state.dopamine[k] * p.dopamine_decay
-        state.dopamine[k] = dopamine if abs(dopamine) >= p.floor else 0.0
-        state.gathered[k] += p.learning_rate * state.dopamine[k] * state.decayed[0]
+        if state.dopamine[k] != 0.0:
+            dopamine = state.dopamine[k] * r.dopamine_decay
+            state.dopamine[k] = dopamine if abs(dopamine) >= p.floor else 0.0
+            state.gathered[k] += r.learning_rate * state.dopamine[k] * state.decayed[SENSOR_OF[k]]
+            state.dosed[k] += 1
+        stretch.course[k, step] = state.gathered[k] - stretch.opening[k]
 
 
-@njit(inline="always")
-def _sensory_spike(state: NetworkState, parameters: Parameters, neuron: int, population: int) -> None:
-    """Deliver both columns of weights; depress their eligibility by the postsynaptic traces."""
-    p = parameters.plasticity
-    block, column = divmod(neuron - parameters.population_start[population], _BLOCK)
-    real = state.anchor.dtype.type
-    depression = p.depression / real(state.decayed[0])
-    for connection in range(_OUT_OF_SENSOR.shape[1]):
-        k = _OUT_OF_SENSOR[population, connection]
-        first = parameters.population_start[_SIDES + _MOTOR_OF[k]] + block * _BLOCK
-        current = state.synaptic[first : first + _BLOCK]
-        trace = state.trace[first : first + _BLOCK]
-        first = block * _BLOCK
-        anchor, scaled = state.anchor[k, first : first + _BLOCK], state.scaled[k, first : first + _BLOCK]
-        gathered = real(state.gathered[k])
-        if gathered == p.zero:
-            for j in range(_BLOCK):
-                current[j] += anchor[j, column]
-                scaled[j, column] -= depression * trace[j]
-            continue
-        for j in range(_BLOCK):
-            weight = min(max(anchor[j, column] + scaled[j, column] * gathered, p.zero), p.weight_max)
-            current[j] += weight
-            scaled[j, column] -= depression * trace[j]
-            anchor[j, column] = weight - scaled[j, column] * gathered
-    state.trace[neuron] += 1
-
-
-@njit(inline="always")
-def _motor_spike(state: NetworkState, parameters: Parameters, neuron: int, population: int) -> None:
-    """Potentiate both rows of eligibility by the presynaptic traces, this step's sensory spikes included."""
-    p = parameters.plasticity
-    row = neuron - parameters.population_start[population]
-    real = state.anchor.dtype.type
-    potentiation = p.potentiation / real(state.decayed[0])
-    for connection in range(_INTO_MOTOR.shape[1]):
-        k = _INTO_MOTOR[population - _SIDES, connection]
-        first = parameters.population_start[_SENSOR_OF[k]] + row // _BLOCK * _BLOCK
-        trace = state.trace[first : first + _BLOCK]
-        anchor, scaled, gathered = state.anchor[k, row], state.scaled[k, row], real(state.gathered[k])
-        if gathered == p.zero:
-            for i in range(_BLOCK):
-                scaled[i] += potentiation * trace[i]
-            continue
-        for i in range(_BLOCK):
-            weight = min(max(anchor[i] + scaled[i] * gathered, p.zero), p.weight_max)
-            scaled[i] += potentiation * trace[i]
-            anchor[i] = weight - scaled[i] * gathered
-    state.trace[neuron] += 1
-
-
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _add_current(synaptic: Any, population_start: Any, population: int, current: Any) -> None:
     target = synaptic[population_start[population] : population_start[population + 1]]
     for i in range(target.shape[0]):
         target[i] += current
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _inhibit(synaptic: Any, counts: Any, parameters: Parameters) -> None:
     """Motor populations excite their own inhibitory population, which inhibits the three other motor populations."""
     real = synaptic.dtype.type
     starts = parameters.population_start
     inhibition = 0
-    for side in range(_SIDES):
-        inhibition += counts[2 * _SIDES + side]
-    for side in range(_SIDES):
-        others = inhibition - counts[2 * _SIDES + side]
+    for side in range(SIDES):
+        inhibition += counts[2 * SIDES + side]
+    for side in range(SIDES):
+        others = inhibition - counts[2 * SIDES + side]
         if others:
-            _add_current(synaptic, starts, _SIDES + side, parameters.inhibitory_to_motor * real(others))
-        own = counts[_SIDES + side]
+            _add_current(synaptic, starts, SIDES + side, parameters.wiring.inhibitory_to_motor * real(others))
+        own = counts[SIDES + side]
         if own:
-            _add_current(synaptic, starts, 2 * _SIDES + side, parameters.motor_to_inhibitory * real(own))
+            _add_current(synaptic, starts, 2 * SIDES + side, parameters.wiring.motor_to_inhibitory * real(own))
 
 
-@njit(inline="always")
-def _route_spikes(state: NetworkState, parameters: Parameters, neurons: Any, counts: Any) -> None:
+@leaf_njit(inline="always")
+def _route_spikes(
+    state: NetworkState, stretch: Stretch, parameters: Parameters, neurons: Any, counts: Any, step: int, log: Log
+) -> None:
     """Pass on this step's spikes, `neurons` in ascending order, and add them to the (12,) `counts`."""
     for population in range(counts.shape[0]):
         state.step_counts[population] = 0
     for spike in range(neurons.shape[0]):
         neuron = neurons[spike]
         population = parameters.population_of[neuron]
-        if population < _SIDES:
-            _sensory_spike(state, parameters, neuron, population)
-        elif population < 2 * _SIDES:
-            _motor_spike(state, parameters, neuron, population)
         state.step_counts[population] += 1
+        row = neuron - parameters.population_start[population]
+        if population < SIDES:
+            sensory_spike(state, stretch, parameters, population, row, step, log)
+        elif population < 2 * SIDES:
+            motor_spike(state, stretch, parameters, population - SIDES, row, step)
     _inhibit(state.synaptic, state.step_counts, parameters)
     for population in range(counts.shape[0]):
         counts[population] += state.step_counts[population]
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _list_spikes(fired: Any, fired_octets: Any, neurons: Any) -> int:
-    """Write the indices of the neurons that fired, looking at eight at a time; return how many."""
+    """Write the indices of the neurons that fired, looking at eight at a time; return how many.
+
+    Each of the eight is written, and overwritten by the next unless it fired: a branch on it would be guessed wrong as
+    often as a neuron fires. So `neurons` needs room for one more.
+    """
     count = 0
     for octet in range(fired_octets.shape[0]):
         if fired_octets[octet]:
             for neuron in range(8 * octet, 8 * octet + 8):
-                if fired[neuron]:
-                    neurons[count] = neuron
-                    count += 1
+                neurons[count] = neuron
+                count += fired[neuron]
     return count
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _is_finite(values: Any) -> bool:
     finite = True
     for i in range(values.shape[0]):
@@ -216,30 +179,41 @@ def _is_finite(values: Any) -> bool:
     return finite
 
 
-@njit(inline="always")
-def settle(state: NetworkState, parameters: Parameters) -> None:
-    """Write the lazy weights and eligibilities out: afterwards `anchor` is w and `scaled` is c."""
-    p = parameters.plasticity
-    real = state.anchor.dtype.type
-    decayed = real(state.decayed[0])
-    for k in range(state.gathered.shape[0]):
-        gathered = real(state.gathered[k])
-        anchor, scaled = state.anchor[k], state.scaled[k]
-        for i in range(anchor.shape[0]):
-            if gathered != p.zero:
-                for j in range(anchor.shape[1]):
-                    anchor[i, j] = min(max(anchor[i, j] + scaled[i, j] * gathered, p.zero), p.weight_max)
-            for j in range(anchor.shape[1]):
-                eligibility = scaled[i, j] * decayed
-                scaled[i, j] = eligibility if abs(eligibility) >= p.floor else p.zero
-        state.gathered[k] = 0.0
-    state.decayed[0] = 1.0
+@leaf_njit(inline="always")
+def _unpacked(packed: Parameters) -> Parameters:
+    """Return the parameters with names for their numbers; see `Parameters.packed`."""
+    return Parameters(
+        NeuronConstants(*to_fixed_tuple(packed.excitatory, _NEURON_CONSTANTS)),
+        NeuronConstants(*to_fixed_tuple(packed.inhibitory, _NEURON_CONSTANTS)),
+        PlasticityConstants(*to_fixed_tuple(packed.plasticity, _PLASTICITY_CONSTANTS)),
+        Wiring(*to_fixed_tuple(packed.wiring, _WIRING)),
+        Rates(*to_fixed_tuple(packed.rates, _RATES)),
+        packed.population_start,
+        packed.population_of,
+        packed.noise_amplitude,
+        packed.fading,
+        packed.stretch_steps,
+    )
 
 
-@cached_njit(nogil=True)
+@leaf_njit(inline="always")
+def _release(state: NetworkState, parameters: Parameters, released: Any) -> None:
+    """Add to the dopamine concentrations; a sensor's synapses are settled first, since they count on its sign."""
+    for side in range(SIDES):
+        for connection in range(CONNECTIONS):
+            if released[OUT_OF_SENSOR[side, connection]] != 0.0:
+                settle(state, parameters.plasticity, side)
+                break
+    for k in range(released.shape[0]):
+        state.dopamine[k] += released[k]
+
+
+@cached_njit(rows, synapses, nogil=True)
 def run(
     state: NetworkState,
-    parameters: Parameters,
+    stretch: Stretch,
+    packed: Parameters,
+    released: Any,
     drive: Any,
     steps: int,
     first_step: int,
@@ -247,38 +221,52 @@ def run(
     spike_neuron: Any,
     counts: Any,
 ) -> int:
-    """Advance the network by `steps` steps under a constant `drive`, (N,), one current a neuron; then settle.
+    """Release dopamine, (8,), then advance the network by `steps` under a constant `drive`, (N,), a current a neuron.
+
+    `packed` is what `Parameters.packed` returns.
 
     Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, which
     must hold N a step; adds the spikes of each population to `counts`, (12,) int64. Returns the number of spikes, or
     `NOT_FINITE` where a membrane potential no longer is.
     """
-    total = 0
-    for step in range(first_step, first_step + steps):
-        _integrate(state, parameters, drive)
-        _decay(state, parameters)
-        count = _list_spikes(state.fired, state.fired_octets, spike_neuron[total:])
-        for spike in range(total, total + count):
-            spike_step[spike] = step
-        _route_spikes(state, parameters, spike_neuron[total : total + count], counts)
-        total += count
-    settle(state, parameters)
+    parameters = _unpacked(packed)
+    _release(state, parameters, released)
+    total = done = 0
+    while done < steps:
+        length = min(parameters.stretch_steps, steps - done)
+        begin, start = total, first_step + done - 1
+        open_stretch(state, stretch, parameters)
+        for step in range(1, length + 1):
+            _integrate(state, parameters, drive)
+            _decay(state, stretch, parameters, step)
+            count = _list_spikes(state.fired, state.fired_octets, spike_neuron[total:])
+            for spike in range(total, total + count):
+                spike_step[spike] = start + step
+            log = Log(spike_step[begin:total], spike_neuron[begin:total], start)
+            _route_spikes(state, stretch, parameters, spike_neuron[total : total + count], counts, step, log)
+            total += count
+        log = Log(spike_step[begin:total], spike_neuron[begin:total], start)
+        close_stretch(state, stretch, parameters, length, log)
+        done += length
     return total if _is_finite(state.v) and _is_finite(state.u) else NOT_FINITE
 
 
 @cached_njit()
-def mean_weights(anchor: Any, columns: Any, means: Any) -> None:
-    """Write the mean of each projection's settled weights into `means`, (8,) float64.
+def read_weights(weight: Any, scaled: Any, gathered: Any, gathered_at: Any, bounds: Any, now: Any) -> None:
+    """Write the weights of now into `now`, (8, n, 100), and change nothing; `bounds`, (2,), clip them."""
+    real, low, high = now.dtype.type, bounds[0], bounds[1]
+    for k in range(now.shape[0]):
+        for row in range(now.shape[1]):
+            moved = real(gathered[k] - gathered_at[k, row])
+            for j in range(BLOCK):
+                now[k, row, j] = min(max(weight[k, row, j] + scaled[k, row, j] * moved, low), high)
 
-    Sums by column, in the scratch array `columns`, (100,) float64: unlike one running sum, that vectorises.
-    """
-    for k in range(anchor.shape[0]):
-        for j in range(_BLOCK):
-            columns[j] = 0.0
-        for i in range(anchor.shape[1]):
-            for j in range(_BLOCK):
-                columns[j] += anchor[k, i, j]
-        total = 0.0
-        for j in range(_BLOCK):
-            total += columns[j]
-        means[k] = total / (anchor.shape[1] * _BLOCK)
+
+@cached_njit()
+def add_columns(values: Any, columns: Any) -> None:
+    """Add up the rows of `values`, (n, 100), in `columns`, (100,) float64: unlike one running sum, that vectorises."""
+    for j in range(BLOCK):
+        columns[j] = 0.0
+    for row in range(values.shape[0]):
+        for j in range(BLOCK):
+            columns[j] += values[row, j]

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import NEURON_COUNT, POPULATIONS
+from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS
 from scla_mj.brain.network import kernel
 from scla_mj.brain.network.parameters import build_parameters
-from scla_mj.brain.network.state import initial_state, presynaptic_first
+from scla_mj.brain.network.state import empty_stretch, initial_state
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig, PlasticityConfig
 
-# The lazy eligibility is scaled by exp(-t / tau_c) within one call of the kernel; a call this short keeps it in range.
 _STEPS_A_CALL: Final = 1000
+"""Neural steps that the kernel is asked for at once, so that room for a spike of every neuron in each is no burden."""
 _VIEWS: Final = ("fired_octets",)
 """What shares its memory with another array of the state."""
 
@@ -49,34 +50,69 @@ class Network:
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
         self.state = initial_state(network, weights=weights, noise=noise, neurons=neurons)
-        self._steps_a_call = _steps_a_call(plasticity.eligibility_tau_ms / neural_step_ms)
+        self.stretch = empty_stretch(self.state)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
+        self._nothing = np.zeros(len(PROJECTIONS))
         self._silence = np.zeros(neurons, self._real)
-        self._spike_step = np.empty(2 * _STEPS_A_CALL * neurons, np.int32)
+        self._spike_step = np.empty(2 * _STEPS_A_CALL * neurons + 1, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
-        self._columns = np.empty(self.state.anchor.shape[2])
+        self._packed = self.parameters.packed()
+        self._bounds = np.array([0.0, network.weight_max], self._real)
+        self._columns = np.empty(self.state.weight.shape[2])
+        self._weights_of_one = np.empty_like(self.state.weight[:1])
+        self._means = np.empty(len(self.state.weight))
+        self._mean_at = np.full(len(self.state.weight), -1)
 
     @property
     def weights(self) -> NDArray[Any]:
-        """A view of the weights, (8, 100, 100): projection, pre- and postsynaptic neuron; see `presynaptic_first`."""
-        return presynaptic_first(self.state.anchor)
+        """The weights of now, (8, 100, 100): projection, pre- and postsynaptic neuron; a copy.
+
+        In a larger network (8, blocks, 100, 100): a neuron reaches those of its own block of 100.
+        """
+        weights = np.empty_like(self.state.weight)
+        self._read(slice(None), weights)
+        return _by_block(weights)
+
+    @weights.setter
+    def weights(self, weights: NDArray[Any]) -> None:
+        self.state.weight[:] = weights.reshape(self.state.weight.shape)
+        self.state.gathered_at[:] = self.state.gathered[:, np.newaxis]
+        self._mean_at[:] = -1
 
     @property
     def eligibility(self) -> NDArray[Any]:
-        """A view of the eligibility traces, shaped like the weights."""
-        return presynaptic_first(self.state.scaled)
+        """The eligibility traces of now, a copy shaped like the weights."""
+        sensors = [projection.sensor for projection in PROJECTIONS]
+        decayed = self.state.decayed[sensors].astype(self._real)
+        return _by_block(self.state.scaled * decayed[:, np.newaxis, np.newaxis])
 
     @property
     def dopamine(self) -> NDArray[np.float64]:
-        """The dopamine concentration at each projection, (8,)."""
-        return self.state.dopamine
+        """The dopamine concentration at each projection, (8,); a copy."""
+        concentration: NDArray[np.float64] = self.state.dopamine + self._due()
+        return concentration
 
     def mean_weights(self) -> NDArray[np.float64]:
-        """Return each projection's mean weight, (8,)."""
-        means = np.empty(len(self.state.anchor))
-        kernel.mean_weights(self.state.anchor, self._columns, means)
-        return means
+        """Return each projection's mean weight, (8,); only those that dopamine has changed are added up anew."""
+        for k in np.flatnonzero(self._mean_at != self.state.dosed).tolist():
+            weights = self._weights_of_one
+            self._read(slice(k, k + 1), weights)
+            kernel.add_columns(weights[0], self._columns)
+            self._means[k] = math.fsum(self._columns.tolist()) / weights.size
+            self._mean_at[k] = self.state.dosed[k]
+        return self._means.copy()
+
+    def _read(self, projections: slice, weights: NDArray[Any]) -> None:
+        state = self.state
+        kernel.read_weights(
+            state.weight[projections],
+            state.scaled[projections],
+            state.gathered[projections],
+            state.gathered_at[projections],
+            self._bounds,
+            weights,
+        )
 
     def run(
         self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0, after: Spikes | None = None
@@ -94,11 +130,14 @@ class Network:
         total = 0 if after is None else len(after.step)
         done = 0
         while done < steps:
-            size = min(self._steps_a_call, steps - done, self._steps_to_release())
+            released = self._take_due()
+            size = min(_STEPS_A_CALL, steps - done, self._steps_to_release())
             self._reserve(total, size)
             spikes = kernel.run(
                 self.state,
-                self.parameters,
+                self.stretch,
+                self._packed,
+                released,
                 current,
                 size,
                 first_step + done,
@@ -119,7 +158,8 @@ class Network:
         """Return copies of all that `restore` needs: the arrays of `state`, the steps so far, dopamine on its way."""
         arrays = {name: array.copy() for name, array in self.state._asdict().items() if name not in _VIEWS}
         releases = [{"due": due, "amount": amount.copy()} for due, amount in self._releases]
-        return {"arrays": arrays, "steps": self._steps, "releases": releases}
+        means = {"values": self._means.copy(), "at": self._mean_at.copy()}
+        return {"arrays": arrays, "steps": self._steps, "releases": releases, "means": means}
 
     def restore(self, saved: dict[str, Any]) -> None:
         """Go on from what `saved` returned, to the bit."""
@@ -127,10 +167,11 @@ class Network:
             getattr(self.state, name)[:] = array
         self._steps = saved["steps"]
         self._releases = [(release["due"], release["amount"]) for release in saved["releases"]]
+        self._means[:], self._mean_at[:] = saved["means"]["values"], saved["means"]["at"]
 
     def _reserve(self, spikes: int, steps: int) -> None:
         """Make room for a spike of every neuron in every step, behind the `spikes` that there are."""
-        wanted = spikes + steps * len(self._silence)
+        wanted = spikes + steps * len(self._silence) + 1
         if wanted > len(self._spike_step):
             room = np.empty(2 * wanted - len(self._spike_step), np.int32)
             self._spike_step, self._spike_neuron = (
@@ -140,17 +181,24 @@ class Network:
     def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
         """Add a signed amount to the dopamine concentration at each projection, (8,), now or some steps from now."""
         self._releases.append((self._steps + delay_steps, amount))
-        self._steps_to_release()
+
+    def _due(self) -> NDArray[np.float64]:
+        """Return the dopamine that is to be released before the next step, (8,)."""
+        return sum((amount for due, amount in self._releases if due <= self._steps), start=np.zeros(len(PROJECTIONS)))
+
+    def _take_due(self) -> NDArray[np.float64]:
+        """Return the same, and forget it."""
+        if not self._releases:
+            return self._nothing
+        released = self._due()
+        self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
+        return released
 
     def _steps_to_release(self) -> int:
-        """Carry out the releases that are due; return the steps to the next one."""
-        for due, amount in self._releases:
-            if due <= self._steps:
-                self.state.dopamine[:] += amount
-        self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
         return min((due - self._steps for due, _ in self._releases), default=_STEPS_A_CALL)
 
 
-def _steps_a_call(eligibility_tau_steps: float) -> int:
-    """Return how many steps a call may take: beyond one time constant the lazy weights lose digits of float32."""
-    return max(1, int(min(_STEPS_A_CALL, eligibility_tau_steps)))
+def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:
+    """Return a view of synapses, (8, n, 100), with their presynaptic neurons by blocks, if there are several."""
+    blocks = synapses.reshape(len(PROJECTIONS), -1, NEURONS_PER_SIDE, NEURONS_PER_SIDE)
+    return blocks[:, 0] if blocks.shape[1] == 1 else blocks

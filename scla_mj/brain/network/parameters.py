@@ -28,10 +28,18 @@ REGULAR_SPIKING: Final = CellType(0.02, 0.2, -65.0, 8.0)
 FAST_SPIKING: Final = CellType(0.1, 0.2, -65.0, 2.0)
 
 # Below these, dopamine and eligibility (FLOOR) and STDP traces (TRACE_FLOOR) are zero: subnormal numbers would slow the
-# kernel thirteen-fold, and without dopamine a spike costs half. What is cut off moves no weight by as much as its own
+# kernel thirteen-fold, and what is zero costs nothing. What is cut off moves no weight by as much as its own
 # rounding: rate tau_d FLOOR times an eligibility of 0.4 is 4e-7 in float32, where a weight of 4 has steps of 4.8e-7.
 FLOOR: Final = {"float32": 1e-7, "float64": 1e-12}
-TRACE_FLOOR: Final = 1e-6
+TRACE_FLOOR: Final = {"float32": 1e-6, "float64": 1e-13}
+
+STRETCH_STEPS: Final = 50
+"""Steps between two looks at every neuron with a trace (synapses.py): a thinking window, 2.5 STDP time constants."""
+_STRETCH_TAUS: Final = 2.5
+"""Over more time constants of the STDP traces, or one of eligibility, a stretch's sums would lose float32's digits."""
+_LEAST_DECAYED: Final = 1e-20
+_LEAST_DECAYED_DOSED: Final = 1e-3
+"""How far E may fall: within float32's range, and with dopamine so that G keeps 13 digits of what it still gains."""
 
 # A uniform variable on [-1, 1) has a standard deviation of 1 / sqrt(3).
 _UNIFORM_HALF_WIDTH: Final = 3.0**0.5
@@ -57,40 +65,64 @@ class NeuronConstants(NamedTuple):
 
 
 class PlasticityConstants(NamedTuple):
-    """Equations 3 and 4 for one step; a float is float64 always, the others are of the kernel's number format.
+    """Equations 3 and 4 for one step: every field a scalar of the kernel's number format.
 
-    A literal in the kernel would be a float64 and promote a float32 network, so zero stands here too.
+    A literal in the kernel would be a float64 and promote a float32 network, so zero and infinity stand here too.
     """
 
     potentiation: Any
     depression: Any
     trace_decay: Any
+    weight_max: Any
+    zero: Any
+    no_bound: Any
+    floor: Any
+    trace_floor: Any
+
+
+class Wiring(NamedTuple):
+    """The fixed weights, and `noise_unit`, 2**-31, which turns a signed 32-bit integer into a number on [-1, 1)."""
+
+    motor_to_inhibitory: Any
+    inhibitory_to_motor: Any
+    noise_unit: Any
+
+
+class Rates(NamedTuple):
+    """What dopamine and the sums of synapses.py change by in one step, in float64 always, and when E is too small."""
+
     eligibility_decay: float
     dopamine_decay: float
     learning_rate: float
-    weight_max: Any
-    zero: Any
-    floor: Any
-    trace_floor: Any
+    least_decayed: float
+    least_decayed_dosed: float
 
 
 class Parameters(NamedTuple):
     """All that a step reads and never writes, for N neurons.
 
     `population_start`, (13,), and `population_of`, (N,), say which neurons are whose. `noise_amplitude`, (N,), is the
-    half width of each neuron's uniform noise; `noise_unit`, 2**-31, turns a signed 32-bit integer into a uniform number
-    on [-1, 1).
+    half width of each neuron's uniform noise. `fading`, (STRETCH_STEPS + 1,), is what is left of a trace, over E, by
+    step of a stretch; a stretch has `stretch_steps`.
     """
 
     excitatory: NeuronConstants
     inhibitory: NeuronConstants
     plasticity: PlasticityConstants
+    wiring: Wiring
+    rates: Rates
     population_start: NDArray[np.int64]
     population_of: NDArray[np.int64]
     noise_amplitude: NDArray[Any]
-    noise_unit: Any
-    motor_to_inhibitory: Any
-    inhibitory_to_motor: Any
+    fading: NDArray[Any]
+    stretch_steps: int
+
+    def packed(self) -> Parameters:
+        """Return the same with arrays for the groups of numbers: numba takes those in a tenth of the time."""
+        groups: dict[str, Any] = {
+            name: np.array(group) for name, group in self._asdict().items() if isinstance(group, tuple)
+        }
+        return self._replace(**groups)
 
 
 def build_parameters(
@@ -100,6 +132,8 @@ def build_parameters(
     real = np.dtype(network.precision).type
     populations = populations_of(neurons)
     share = NEURON_COUNT / neurons
+    stdp_steps = plasticity.stdp_tau_ms / neural_step_ms
+    eligibility_steps = plasticity.eligibility_tau_ms / neural_step_ms
     return Parameters(
         excitatory=_neuron_constants(REGULAR_SPIKING, neural_step_ms, real),
         inhibitory=_neuron_constants(FAST_SPIKING, neural_step_ms, real),
@@ -107,20 +141,29 @@ def build_parameters(
             potentiation=real(plasticity.stdp_potentiation),
             depression=real(plasticity.stdp_depression),
             trace_decay=real(np.exp(-neural_step_ms / plasticity.stdp_tau_ms)),
+            weight_max=real(network.weight_max),
+            zero=real(0.0),
+            no_bound=real(np.inf),
+            floor=real(FLOOR[network.precision]),
+            trace_floor=real(TRACE_FLOOR[network.precision]),
+        ),
+        wiring=Wiring(
+            motor_to_inhibitory=real(network.motor_to_inhibitory * share),
+            inhibitory_to_motor=real(network.inhibitory_to_motor * share),
+            noise_unit=real(2.0**-31),
+        ),
+        rates=Rates(
             eligibility_decay=math.exp(-neural_step_ms / plasticity.eligibility_tau_ms),
             dopamine_decay=math.exp(-neural_step_ms / plasticity.dopamine_tau_ms),
             learning_rate=plasticity.learning_rate_per_ms * neural_step_ms,
-            weight_max=real(network.weight_max),
-            zero=real(0.0),
-            floor=real(FLOOR[network.precision]),
-            trace_floor=real(TRACE_FLOOR),
+            least_decayed=_LEAST_DECAYED,
+            least_decayed_dosed=_LEAST_DECAYED_DOSED,
         ),
         population_start=np.array([population.start for population in populations] + [neurons]),
         population_of=np.repeat(np.arange(len(populations)), [population.size for population in populations]),
         noise_amplitude=_noise_amplitude(network, populations, neural_step_ms),
-        noise_unit=real(2.0**-31),
-        motor_to_inhibitory=real(network.motor_to_inhibitory * share),
-        inhibitory_to_motor=real(network.inhibitory_to_motor * share),
+        fading=np.exp(-np.arange(STRETCH_STEPS + 1) * (1.0 / stdp_steps - 1.0 / eligibility_steps)).astype(real),
+        stretch_steps=max(1, int(min(STRETCH_STEPS, _STRETCH_TAUS * stdp_steps, eligibility_steps))),
     )
 
 

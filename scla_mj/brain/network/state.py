@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, SENSORY, populations_of
-from scla_mj.brain.network.parameters import REGULAR_SPIKING
+from scla_mj.brain.network.parameters import REGULAR_SPIKING, STRETCH_STEPS
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig
@@ -21,11 +21,11 @@ class NetworkState(NamedTuple):
 
     N neurons, n of them in a sensory or motor population: 1000 and 100 in the paper. `v`, `u`: membrane potential and
     recovery, (N,) R. `synaptic`: current that arrives in the next step, (N,) R. `trace`: STDP traces of the sensory and
-    motor neurons, (8 n,) R. `dopamine`: concentration at each projection, (8,) float64. `anchor` and `scaled`,
-    (8, n, 100) R, hold weights and eligibility lazily (see kernel.py): projection, postsynaptic neuron, presynaptic
-    neuron of its block, in this order because twenty motor neurons fire for each sensory one, and each wants what
-    leads to it side by side. `decayed` (1,) and `gathered` (8,), both float64, are what they are scaled by.
-    `noise_low`, `noise_high`: each neuron's own generator, (N,) uint32. `fired`: this step's spikes, (N,) uint8, and
+    motor neurons, (8 n,) R. `dopamine`: concentration at each projection, (8,) float64. `weight` and `scaled`,
+    (8, n, 100) R, hold weights and eligibility lazily: projection, presynaptic neuron, postsynaptic neuron of its
+    block; `decayed` (4,), `gathered` (8,) and `gathered_at` (8, n), all float64, say how to read them (synapses.py).
+    `dosed`, (8,) int64, counts the steps with dopamine at a projection: without one no weight changes. `noise_low`,
+    `noise_high`: each neuron's own generator, (N,) uint32. `fired`: this step's spikes, (N,) uint8, and
     `fired_octets`, (N / 8,), the same memory by eights; `step_counts`: their number by population, (12,).
     """
 
@@ -34,15 +34,34 @@ class NetworkState(NamedTuple):
     synaptic: NDArray[Any]
     trace: NDArray[Any]
     dopamine: NDArray[np.float64]
-    anchor: NDArray[Any]
+    weight: NDArray[Any]
     scaled: NDArray[Any]
     decayed: NDArray[np.float64]
     gathered: NDArray[np.float64]
+    gathered_at: NDArray[np.float64]
+    dosed: NDArray[np.int64]
     noise_low: NDArray[np.uint32]
     noise_high: NDArray[np.uint32]
     fired: NDArray[np.uint8]
     fired_octets: NDArray[np.uint64]
     step_counts: NDArray[np.int64]
+
+
+class Stretch(NamedTuple):
+    """What a stretch of at most `STRETCH_STEPS` steps keeps of its spikes (synapses.py); nothing of it outlives it.
+
+    `reach`, (4 n,) R, and `since`, (4 n,) int64: by sensory neuron, A+ x / E and the step of its last spike. `post`,
+    (4 n,) R, by motor neuron, and `post_gathered`, (8, n) R, by projection and motor neuron: sums over the motor
+    neuron's spikes. `opening`, (8,), and `course`, (8, steps + 1), float64: `gathered` when the stretch began, and how
+    far it has come since at each step.
+    """
+
+    reach: NDArray[Any]
+    since: NDArray[np.int64]
+    post: NDArray[Any]
+    post_gathered: NDArray[Any]
+    opening: NDArray[np.float64]
+    course: NDArray[np.float64]
 
 
 def initial_state(
@@ -56,10 +75,6 @@ def initial_state(
     real = np.dtype(config.precision)
     excitatory = populations_of(neurons)[: len(SENSORY) + len(MOTOR)]
     shape = (len(PROJECTIONS), excitatory[0].size, NEURONS_PER_SIDE)
-    anchor = np.empty(shape, real)
-    presynaptic_first(anchor)[:] = weights.uniform(config.weight_low, config.weight_high, shape).reshape(
-        presynaptic_first(anchor).shape
-    )
     lanes = noise.generate_state(2 * neurons, np.uint32).reshape(2, neurons)
     lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
     fired = _aligned(np.zeros(neurons, np.uint8))
@@ -70,10 +85,12 @@ def initial_state(
         synaptic=_aligned(np.zeros(neurons, real)),
         trace=_aligned(np.zeros(excitatory[-1].stop, real)),
         dopamine=np.zeros(len(PROJECTIONS)),
-        anchor=_aligned(anchor),
+        weight=_aligned(weights.uniform(config.weight_low, config.weight_high, shape).astype(real)),
         scaled=_aligned(np.zeros(shape, real)),
-        decayed=np.ones(1),
+        decayed=np.ones(len(SENSORY)),
         gathered=np.zeros(len(PROJECTIONS)),
+        gathered_at=np.zeros(shape[:2]),
+        dosed=np.zeros(len(PROJECTIONS), np.int64),
         noise_low=_aligned(lanes[0]),
         noise_high=_aligned(lanes[1]),
         fired=fired,
@@ -82,13 +99,18 @@ def initial_state(
     )
 
 
-def presynaptic_first(synapses: NDArray[Any]) -> NDArray[Any]:
-    """Return a view of an array (8, n, 100) of synapses as the paper lists them: presynaptic, then postsynaptic neuron.
-
-    Its shape is (8, 100, 100), or (8, n / 100, 100, 100) where there are several blocks.
-    """
-    blocks = synapses.reshape(len(PROJECTIONS), -1, NEURONS_PER_SIDE, NEURONS_PER_SIDE).swapaxes(2, 3)
-    return blocks[:, 0] if blocks.shape[1] == 1 else blocks
+def empty_stretch(state: NetworkState) -> Stretch:
+    """Return room for a stretch of a network's steps."""
+    projections, size, _ = state.weight.shape
+    real = state.weight.dtype
+    return Stretch(
+        reach=_aligned(np.zeros(len(SENSORY) * size, real)),
+        since=np.zeros(len(SENSORY) * size, np.int64),
+        post=_aligned(np.zeros(len(MOTOR) * size, real)),
+        post_gathered=_aligned(np.zeros((projections, size), real)),
+        opening=np.zeros(projections),
+        course=np.zeros((projections, STRETCH_STEPS + 1)),
+    )
 
 
 def _aligned(values: NDArray[Any]) -> NDArray[Any]:

@@ -60,7 +60,7 @@ def prepare(check: Check, file: Path, plasticity: PlasticityConfig, *, seed: int
     work = _input(check, plasticity.dopamine_release, rng)
     write_job(file, _QUIET, plasticity, weights, work, plastic=check.plastic, record=True)
     network = build_network(_QUIET, dataclasses.replace(plasticity, dopamine_delay_s=0.0), seed=seed)
-    network.weights[:] = weights
+    network.weights = weights
     return Train(*own_spikes(network, work))
 
 

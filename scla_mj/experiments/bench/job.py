@@ -52,7 +52,7 @@ def own_spikes(network: Network, work: Workload) -> tuple[NDArray[Any], NDArray[
         spikes = network.run(CHUNK_MS, drive, first_step=chunk * CHUNK_MS)
         steps.append(spikes.step)
         neurons.append(spikes.neuron)
-    return np.concatenate(steps), np.concatenate(neurons), network.weights.copy()
+    return np.concatenate(steps), np.concatenate(neurons), network.weights
 
 
 def _constants(network: NetworkConfig, plasticity: PlasticityConfig) -> dict[str, float]:
@@ -65,7 +65,7 @@ def _constants(network: NetworkConfig, plasticity: PlasticityConfig) -> dict[str
     return {
         **{f"{name}_tau_ms": tau for name, tau in taus.items()},
         **{f"{name}_decay": float(np.exp(-1.0 / tau)) for name, tau in taus.items()},
-        "trace_floor": TRACE_FLOOR,
+        "trace_floor": TRACE_FLOOR["float64"],
         "dopamine_release": plasticity.dopamine_release,
         "learning_rate": plasticity.learning_rate_per_ms,
         "weight_max": network.weight_max,

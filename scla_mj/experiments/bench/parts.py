@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
-from scla_mj.brain.network import kernel
+from scla_mj.brain.network import kernel, synapses
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.network.state import NetworkState
+from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
 from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
 from scla_mj.experiments.bench.timing import Contender, Watch, median_cpu_s
@@ -23,23 +23,26 @@ _CALLS: Final = 5000
 
 
 class Parts(NamedTuple):
-    """Microseconds a network ms, or a spike for `sensory` and `motor`.
+    """Microseconds a network ms, or a spike for `sensory`, `dosed` and `motor`.
 
-    `floor`: 1000 bare neuron updates with noise, one fused loop. `settle` is called once a stretch and counted by the
-    ms. `whole`: the compiled kernel alone; `chunked`: the same through `Network.run`, as the brain calls it.
-    `sensory_spikes`, `motor_spikes`: how many of them a network ms holds.
+    `floor`: 1000 bare neuron updates with noise, one fused loop. `stretch` is opened and closed once in 50 ms and
+    counted by the ms. `sensory` is a spike without dopamine, `dosed` one with it. `whole`: the compiled kernel alone;
+    `chunked`: the same through `Network.run`, as the brain calls it. `sensory_spikes`, `motor_spikes`: how many of them
+    a network ms holds; `share`: of the former, how many meet dopamine.
     """
 
     floor: float
     neurons: float
     decay: float
-    settle: float
+    stretch: float
     sensory: float
+    dosed: float
     motor: float
     whole: float
     chunked: float
     sensory_spikes: float
     motor_spikes: float
+    share: float
 
     @property
     def shares(self) -> dict[str, float]:
@@ -47,9 +50,9 @@ class Parts(NamedTuple):
         known = {
             "neurons and noise": self.neurons,
             "decay": self.decay,
-            "sensory spikes": self.sensory * self.sensory_spikes,
+            "sensory spikes": (self.share * self.dosed + (1.0 - self.share) * self.sensory) * self.sensory_spikes,
             "motor spikes": self.motor * self.motor_spikes,
-            "settle": self.settle,
+            "stretches": self.stretch,
         }
         return {**known, "rest": self.whole - sum(known.values())}
 
@@ -63,14 +66,16 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Parts:
     """Time the parts on a network that has run, rewarded, for some seconds."""
     network, work = _warm(config)
     contenders = _contenders(network, work)
+    steps, dosed = len(work.drives) * CHUNK_MS, network.state.dosed.copy()
     counts = run_chunks(network, work)
-    steps = len(work.drives) * CHUNK_MS
+    share = float((network.state.dosed - dosed).mean()) / steps
     seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
-    calls = {"sensory": _CALLS, "motor": _CALLS, "settle": _CALLS * CHUNK_MS, "whole": steps, "chunked": steps}
+    calls = {"stretch": _CALLS * CHUNK_MS, "whole": steps, "chunked": steps}
     return Parts(
         **{name: 1e6 * cpu_s / calls.get(name, _CALLS) for name, cpu_s in seconds.items()},
         sensory_spikes=int(counts[: len(SENSORY)].sum()) / steps,
         motor_spikes=int(counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].sum()) / steps,
+        share=share,
     )
 
 
@@ -87,8 +92,9 @@ def sheet(parts: Parts) -> Sheet:
         "CPU time of a network ms",
         ("what", "us a network ms", "over the floor", "target"),
         tuple(rows),
-        f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, {parts.motor_spikes:.2f} "
-        f"motor spikes at {parts.motor:.3f} us. Rest: what the kernel takes beyond these (spike lists, inhibition). "
+        f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, or {parts.dosed:.3f} with "
+        f"dopamine, as {100 * parts.share:.0f} % of the time; {parts.motor_spikes:.2f} motor spikes at "
+        f"{parts.motor:.3f} us. Rest: what the kernel takes beyond these (spike lists, inhibition). "
         "One sensory population is driven, dopamine comes once a second, input and read-out every 50 ms.",
         {**parts._asdict(), "over_floor": parts.over_floor},
     )
@@ -110,48 +116,55 @@ def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
     excitatory = parameters.excitatory
     drives = work.drives.astype(silence.dtype)
 
+    log = synapses.Log(np.zeros(0, np.int32), np.zeros(0, np.int32), 0)
+
     def part(function: Any, *arguments: Any) -> Contender:
-        return Contender(lambda: _stirred(network), lambda state: function(state, parameters, *arguments))
+        return Contender(lambda: copied(network.state), lambda state: function(state, parameters, *arguments))
 
     return {
         "floor": Contender(
-            lambda: _copy(network.state),
+            lambda: copied(network.state),
             lambda s: bare_neurons(s, excitatory, parameters.inhibitory, parameters.noise_amplitude, _CALLS),
         ),
         "neurons": part(_repeat_integrate, silence, _CALLS),
-        "decay": part(_repeat_decay, _CALLS),
-        "settle": part(_repeat_settle, _CALLS),
-        "sensory": part(_repeat_sensory, _CALLS),
-        "motor": part(_repeat_motor, _CALLS),
+        "decay": Contender(
+            lambda: copied(network.state), lambda s: _repeat_decay(s, network.stretch, parameters, _CALLS)
+        ),
+        "stretch": Contender(
+            lambda: copied(network.state), lambda s: _repeat_stretch(s, network.stretch, parameters, log, _CALLS)
+        ),
+        "sensory": Contender(
+            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, log, 0.0, _CALLS)
+        ),
+        "dosed": Contender(
+            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, log, 1e-9, _CALLS)
+        ),
+        "motor": Contender(
+            lambda: copied(network.state), lambda s: _repeat_motor(s, network.stretch, parameters, _CALLS)
+        ),
         "whole": Contender(lambda: network.restore(saved), lambda _: _run_kernel(network, drives, work.releases)),
         "chunked": Contender(lambda: network.restore(saved), lambda _: run_chunks(network, work)),
     }
 
 
-def _copy(state: NetworkState) -> NetworkState:
+def copied(state: NetworkState) -> NetworkState:
+    """Return a copy that shares no memory with the state."""
     fired = state.fired.copy()
     arrays: dict[str, Any] = {name: values.copy() for name, values in state._asdict().items()}
     return NetworkState(**arrays)._replace(fired=fired, fired_octets=fired.view(np.uint64))
 
 
-def _stirred(network: Network) -> NetworkState:
-    """A copy of the network's state with dopamine everywhere, so that a spike costs what it costs with reward."""
-    state = _copy(network.state)
-    state.dopamine[:] = 0.1
-    state.gathered[:] = 1e-3
-    return state
-
-
 def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
-    room = CHUNK_MS * len(network.state.v)
+    room = CHUNK_MS * len(network.state.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
-    counts = np.zeros(len(POPULATIONS), np.int64)
-    for drive, release in zip(drives, releases, strict=True):
-        network.state.dopamine[:] += release
-        kernel.run(network.state, network.parameters, drive, CHUNK_MS, 0, spike_step, spike_neuron, counts)
+    counts, packed = np.zeros(len(POPULATIONS), np.int64), network.parameters.packed()
+    for drive, released in zip(drives, releases, strict=True):
+        kernel.run(
+            network.state, network.stretch, packed, released, drive, CHUNK_MS, 0, spike_step, spike_neuron, counts
+        )
 
 
-@njit
+@leaf_njit()
 def bare_neurons(state: Any, excitatory: Any, inhibitory: Any, amplitude: Any, steps: int) -> None:
     """Equations 1 and 2 and nothing else: each neuron's noise and its update in one pass, no input, no synapses."""
     split = state.trace.shape[0]
@@ -160,7 +173,7 @@ def bare_neurons(state: Any, excitatory: Any, inhibitory: Any, amplitude: Any, s
         _advance_noisy(state, amplitude, split, state.v.shape[0], inhibitory)
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any) -> None:
     v, u, fired = state.v[start:stop], state.u[start:stop], state.fired[start:stop]
     low, high, half_width = state.noise_low[start:stop], state.noise_high[start:stop], amplitude[start:stop]
@@ -178,37 +191,36 @@ def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any)
         u[i] = ui + cell.reset_u if over else ui
 
 
-@njit
+@leaf_njit()
 def _repeat_integrate(state: Any, parameters: Any, drive: Any, calls: int) -> None:
     for _ in range(calls):
         kernel._integrate(state, parameters, drive)
 
 
-@njit
-def _repeat_decay(state: Any, parameters: Any, calls: int) -> None:
+@leaf_njit()
+def _repeat_decay(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
     for _ in range(calls):
-        kernel._decay(state, parameters)
+        kernel._decay(state, stretch, parameters, 1)
 
 
-@njit
-def _repeat_settle(state: Any, parameters: Any, calls: int) -> None:
+@leaf_njit()
+def _repeat_stretch(state: Any, stretch: Any, parameters: Any, log: Any, calls: int) -> None:
     for _ in range(calls):
-        state.gathered[:] = 1e-6
-        kernel.settle(state, parameters)
+        synapses.open_stretch(state, stretch, parameters)
+        synapses.close_stretch(state, stretch, parameters, CHUNK_MS, log)
 
 
-@njit
-def _repeat_sensory(state: Any, parameters: Any, calls: int) -> None:
-    first, count = parameters.population_start[0], parameters.population_start[len(SENSORY)]
+@leaf_njit()
+def _repeat_sensory(state: Any, stretch: Any, parameters: Any, log: Any, gain: float, calls: int) -> None:
+    synapses.open_stretch(state, stretch, parameters)
     for call in range(calls):
-        neuron = first + call * 7 % count  # not one row after another, as spikes come
-        kernel._sensory_spike(state, parameters, neuron, parameters.population_of[neuron])
+        for k in range(state.gathered.shape[0]):
+            state.gathered[k] += gain
+        side, row = call % len(SENSORY), call * 7 % state.weight.shape[1]  # not one row after another, as spikes come
+        synapses.sensory_spike(state, stretch, parameters, side, row, 1, log)
 
 
-@njit
-def _repeat_motor(state: Any, parameters: Any, calls: int) -> None:
-    first = parameters.population_start[len(SENSORY)]
-    count = parameters.population_start[len(SENSORY) + len(MOTOR)] - first
+@leaf_njit()
+def _repeat_motor(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
     for call in range(calls):
-        neuron = first + call * 7 % count
-        kernel._motor_spike(state, parameters, neuron, parameters.population_of[neuron])
+        synapses.motor_spike(state, stretch, parameters, call % len(MOTOR), call * 7 % state.weight.shape[1], 1)

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import POPULATIONS
+from scla_mj.anatomy import POPULATIONS, PROJECTIONS
 from scla_mj.brain.network import kernel
 from scla_mj.brain.network.network import Network, Spikes
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
 from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.errors import SclaError
@@ -158,7 +158,7 @@ def replay_physics(world: World, tape: Tape, steps_a_period: int) -> None:
             _step_through(world.model._address, world.data._address, world.data.ctrl, attempt.commands, steps_a_period)
 
 
-@njit(nogil=True)
+@leaf_njit(nogil=True)
 def _step_through(model: int, data: int, ctrl: Any, commands: Any, steps: int) -> None:
     for period in range(commands.shape[0]):
         ctrl[0], ctrl[1] = commands[period, 0], commands[period, 1]
@@ -178,13 +178,24 @@ def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: in
 def replay_network(network: Network, tape: Tape) -> None:
     """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept."""
     silence = np.zeros_like(network.state.v)
-    room = _STEPS_A_CALL * len(silence)
+    room = _STEPS_A_CALL * len(silence) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts = np.zeros(len(POPULATIONS), np.int64)
+    packed, nothing = network.parameters.packed(), np.zeros(len(PROJECTIONS))
     for call in tape.network:
-        for amount in call.released:
-            network.state.dopamine[:] += amount
+        released = sum(call.released, start=nothing)
         drive = silence if call.drive is None else call.drive.astype(silence.dtype, copy=False)
         for done in range(0, call.steps, _STEPS_A_CALL):
             steps = min(_STEPS_A_CALL, call.steps - done)
-            kernel.run(network.state, network.parameters, drive, steps, 0, spike_step, spike_neuron, counts)
+            kernel.run(
+                network.state,
+                network.stretch,
+                packed,
+                nothing if done else released,
+                drive,
+                steps,
+                0,
+                spike_step,
+                spike_neuron,
+                counts,
+            )

@@ -1,0 +1,104 @@
+"""What happens to the synapses of one sensory neuron in one projection; synapses.py says why and names the symbols.
+
+Every loop has the 100 steps of a block, few arrays and no branch, so that the compiler makes it one of whole vectors.
+"""
+
+from typing import Any, Final
+
+from scla_mj.anatomy import NEURONS_PER_SIDE
+from scla_mj.brain.network.parameters import PlasticityConstants
+from scla_mj.compiled import leaf_njit
+
+BLOCK: Final = NEURONS_PER_SIDE
+"""A population is made of blocks of this size; a projection connects block with block, all to all."""
+
+
+@leaf_njit()
+def deliver(current: Any, weight: Any) -> None:
+    """Add the weights to the motor neurons' currents."""
+    for j in range(BLOCK):
+        current[j] += weight[j]
+
+
+@leaf_njit()
+def depress(scaled: Any, depression: Any, trace: Any, reach: Any, post: Any) -> None:
+    """Take from eligibility what a sensory spike takes, and what it has gained from then on to be a P."""
+    for j in range(BLOCK):
+        scaled[j] -= depression * trace[j] + reach * post[j]
+
+
+@leaf_njit()
+def hold_back(weight: Any, reach: Any, since: Any, post: Any, post_gathered: Any) -> None:
+    """Take from the weights of now what `reach` makes of the stretch so far: it was there before the spike."""
+    for j in range(BLOCK):
+        weight[j] -= reach * (since * post[j] - post_gathered[j])
+
+
+@leaf_njit()
+def potentiate(scaled: Any, reach: Any, post: Any) -> None:
+    """Give eligibility what it has gained from motor spikes."""
+    for j in range(BLOCK):
+        scaled[j] += reach * post[j]
+
+
+@leaf_njit()
+def bring_on(
+    weight: Any,
+    scaled: Any,
+    post: Any,
+    post_gathered: Any,
+    reach: Any,
+    moved: Any,
+    since: Any,
+    p: PlasticityConstants,
+) -> None:
+    """Make `weight` the clipped w of now, and `scaled` its Z."""
+    for j in range(BLOCK):
+        way = scaled[j] * moved + reach * (since * post[j] - post_gathered[j])
+        weight[j] = min(max(weight[j] + way, p.zero), p.weight_max)
+        scaled[j] += reach * post[j]
+
+
+@leaf_njit()
+def might_stick(
+    weight: Any,
+    scaled: Any,
+    post: Any,
+    post_gathered: Any,
+    reach: Any,
+    moved: Any,
+    since: Any,
+    p: PlasticityConstants,
+) -> bool:
+    """Tell whether a weight may have met a bound before it turned back from it.
+
+    Only a Z that became positive turns its weight back, from below where G rises and from above where it falls, and by
+    no more than Z of now times what G has moved.
+    """
+    doubtful = False
+    lowest = p.zero if moved > p.zero else -p.no_bound
+    highest = p.weight_max if moved < p.zero else p.no_bound
+    for j in range(BLOCK):
+        now = scaled[j] + reach * post[j]
+        ended = weight[j] + scaled[j] * moved + reach * (since * post[j] - post_gathered[j])
+        turned = ended - now * moved
+        doubtful |= (scaled[j] < p.zero) & (now > p.zero) & ((turned < lowest) | (turned > highest))
+    return doubtful
+
+
+@leaf_njit()
+def settle_row(weight: Any, scaled: Any, moved: Any, decayed: Any, p: PlasticityConstants) -> None:
+    """Make `weight` the clipped w of now, and `scaled` the eligibility c; what is under the floor is zero."""
+    if moved != p.zero:
+        for j in range(BLOCK):
+            weight[j] = min(max(weight[j] + scaled[j] * moved, p.zero), p.weight_max)
+    for j in range(BLOCK):
+        eligibility = scaled[j] * decayed
+        scaled[j] = eligibility if abs(eligibility) >= p.floor else p.zero
+
+
+@leaf_njit()
+def fill(values: Any, number: Any) -> None:
+    """Set every value."""
+    for i in range(values.shape[0]):
+        values[i] = number
