@@ -28,7 +28,6 @@ from scla_mj.brain.network.synapses import (
     OUT_OF_SENSOR,
     SENSOR_OF,
     SIDES,
-    Log,
     close_stretch,
     motor_spike,
     open_stretch,
@@ -136,7 +135,7 @@ def _inhibit(synaptic: Any, counts: Any, parameters: Parameters) -> None:
 
 @leaf_njit(inline="always")
 def _route_spikes(
-    state: NetworkState, stretch: Stretch, parameters: Parameters, neurons: Any, counts: Any, step: int, log: Log
+    state: NetworkState, stretch: Stretch, parameters: Parameters, neurons: Any, counts: Any, step: int
 ) -> None:
     """Pass on this step's spikes, `neurons` in ascending order, and add them to the (12,) `counts`."""
     for population in range(counts.shape[0]):
@@ -147,7 +146,7 @@ def _route_spikes(
         state.step_counts[population] += 1
         row = neuron - parameters.population_start[population]
         if population < SIDES:
-            sensory_spike(state, stretch, parameters, population, row, step, log)
+            sensory_spike(state, stretch, parameters, population, row, step)
         elif population < 2 * SIDES:
             motor_spike(state, stretch, parameters, population - SIDES, row, step)
     _inhibit(state.synaptic, state.step_counts, parameters)
@@ -234,7 +233,7 @@ def run(
     total = done = 0
     while done < steps:
         length = min(parameters.stretch_steps, steps - done)
-        begin, start = total, first_step + done - 1
+        start = first_step + done - 1
         open_stretch(state, stretch, parameters)
         for step in range(1, length + 1):
             _integrate(state, parameters, drive)
@@ -242,11 +241,9 @@ def run(
             count = _list_spikes(state.fired, state.fired_octets, spike_neuron[total:])
             for spike in range(total, total + count):
                 spike_step[spike] = start + step
-            log = Log(spike_step[begin:total], spike_neuron[begin:total], start)
-            _route_spikes(state, stretch, parameters, spike_neuron[total : total + count], counts, step, log)
+            _route_spikes(state, stretch, parameters, spike_neuron[total : total + count], counts, step)
             total += count
-        log = Log(spike_step[begin:total], spike_neuron[begin:total], start)
-        close_stretch(state, stretch, parameters, length, log)
+        close_stretch(state, stretch, parameters, length)
         done += length
     return total if _is_finite(state.v) and _is_finite(state.u) else NOT_FINITE
 

@@ -69,8 +69,9 @@ def might_stick(
     moved: Any,
     since: Any,
     p: PlasticityConstants,
+    doubts: Any,
 ) -> bool:
-    """Tell whether a weight may have met a bound before it turned back from it.
+    """Tell which weights may have met a bound before they turned back from it, in `doubts`, and whether any may have.
 
     Only a Z that became positive turns its weight back, from below where G rises and from above where it falls, and by
     no more than Z of now times what G has moved.
@@ -82,7 +83,8 @@ def might_stick(
         now = scaled[j] + reach * post[j]
         ended = weight[j] + scaled[j] * moved + reach * (since * post[j] - post_gathered[j])
         turned = ended - now * moved
-        doubtful |= (scaled[j] < p.zero) & (now > p.zero) & ((turned < lowest) | (turned > highest))
+        doubts[j] = (scaled[j] < p.zero) & (now > p.zero) & ((turned < lowest) | (turned > highest))
+        doubtful |= doubts[j] != 0
     return doubtful
 
 

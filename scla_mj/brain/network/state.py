@@ -52,16 +52,22 @@ class Stretch(NamedTuple):
 
     `reach`, (4 n,) R, and `since`, (4 n,) int64: by sensory neuron, A+ x / E and the step of its last spike. `post`,
     (4 n,) R, by motor neuron, and `post_gathered`, (8, n) R, by projection and motor neuron: sums over the motor
-    neuron's spikes. `opening`, (8,), and `course`, (8, steps + 1), float64: `gathered` when the stretch began, and how
-    far it has come since at each step.
+    neuron's spikes. `next_spike`, (steps + 1, 4 n), says in which step a motor neuron fired after the one in that step,
+    from 0 on, and 0 if it did not; `last_spike`, (4 n,), in which it did last. `opening`, (8,), and `course`, (8,
+    steps + 1), float64: `gathered` when the stretch began, and how far it has come since at each step. `doubts`,
+    (100,), and `replayed`, (2, 100) R, are the table on which one row is worked out.
     """
 
     reach: NDArray[Any]
     since: NDArray[np.int64]
     post: NDArray[Any]
     post_gathered: NDArray[Any]
+    next_spike: NDArray[np.uint8]
+    last_spike: NDArray[np.uint8]
     opening: NDArray[np.float64]
     course: NDArray[np.float64]
+    doubts: NDArray[np.uint8]
+    replayed: NDArray[Any]
 
 
 def initial_state(
@@ -108,8 +114,12 @@ def empty_stretch(state: NetworkState) -> Stretch:
         since=np.zeros(len(SENSORY) * size, np.int64),
         post=_aligned(np.zeros(len(MOTOR) * size, real)),
         post_gathered=_aligned(np.zeros((projections, size), real)),
+        next_spike=np.zeros((STRETCH_STEPS + 1, len(MOTOR) * size), np.uint8),
+        last_spike=np.zeros(len(MOTOR) * size, np.uint8),
         opening=np.zeros(projections),
         course=np.zeros((projections, STRETCH_STEPS + 1)),
+        doubts=np.zeros(NEURONS_PER_SIDE, np.uint8),
+        replayed=np.zeros((2, NEURONS_PER_SIDE), real),
     )
 
 

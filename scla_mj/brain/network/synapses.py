@@ -18,14 +18,14 @@ where S = how far G has come in this stretch, a synapse that was last looked at 
 
 Motor spikes only ever raise Z, and dopamine keeps its sign until it is released anew, which settles: so a weight's way
 turns back once at most, and to clip it at the end is to clip it all the way, unless it would have met the other bound
-before it turned. `might_stick` finds where that cannot be ruled out; `_replay` walks such a synapse through the
-stretch spike by spike.
+before it turned. `might_stick` finds where that cannot be ruled out; `_replay_doubts` walks such synapses through
+the stretch spike by spike.
 
 E, G and S, a few numbers for 80,000 synapses, are float64 always: a sum of a thousand products in float32 would lose
 digits.
 """
 
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -55,14 +55,6 @@ OUT_OF_SENSOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.sens
 INTO_MOTOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.motor == side] for side in Action])
 
 
-class Log(NamedTuple):
-    """The stretch's spikes before this step, in the order of time: their steps, less `start`, and their neurons."""
-
-    step: Any
-    neuron: Any
-    start: int
-
-
 @leaf_njit(inline="always")
 def open_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters) -> None:
     """Begin a stretch: no motor neuron has fired in it, and every sensory neuron's trace reaches as far as it does."""
@@ -76,6 +68,7 @@ def open_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters) 
             stretch.reach[neuron] = scale * state.trace[neuron]
             stretch.since[neuron] = 0
             stretch.post[neuron] = p.zero
+            stretch.last_spike[neuron] = stretch.next_spike[0, neuron] = 0
     for k in range(state.gathered.shape[0]):
         stretch.opening[k] = state.gathered[k]
         stretch.course[k, 0] = 0.0
@@ -94,7 +87,7 @@ def _keep_in_range(state: NetworkState, parameters: Parameters, side: int) -> No
 
 
 @leaf_njit(inline="always")
-def close_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters, step: int, log: Log) -> None:
+def close_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters, step: int) -> None:
     """End a stretch of `step` steps: give every sensory neuron with a trace what it missed; drop traces that faded."""
     p = parameters.plasticity
     size = state.weight.shape[1]
@@ -102,7 +95,7 @@ def close_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters,
         if state.trace[neuron] > p.zero:
             side = neuron // size
             for connection in range(CONNECTIONS):
-                catch_up(state, stretch, parameters, OUT_OF_SENSOR[side, connection], neuron, step, log)
+                catch_up(state, stretch, parameters, OUT_OF_SENSOR[side, connection], neuron, step)
     for neuron in range(state.trace.shape[0]):
         if state.trace[neuron] < p.trace_floor:
             state.trace[neuron] = p.zero
@@ -110,7 +103,7 @@ def close_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters,
 
 @leaf_njit(inline="always")
 def sensory_spike(
-    state: NetworkState, stretch: Stretch, parameters: Parameters, side: int, row: int, step: int, log: Log
+    state: NetworkState, stretch: Stretch, parameters: Parameters, side: int, row: int, step: int
 ) -> None:
     """Deliver a sensory neuron's weights, depress their eligibility by the postsynaptic traces, raise its trace."""
     p, real = parameters.plasticity, state.weight.dtype.type
@@ -130,7 +123,7 @@ def sensory_spike(
             deliver(state.synaptic[motor : motor + BLOCK], weight)
             depress(scaled, depression, trace, raised, post)
             continue
-        catch_up(state, stretch, parameters, k, neuron, step, log)
+        catch_up(state, stretch, parameters, k, neuron, step)
         deliver(state.synaptic[motor : motor + BLOCK], weight)
         depress(scaled, depression, trace, reach, post)
         since = real(state.gathered[k] - stretch.opening[k])
@@ -146,11 +139,15 @@ def motor_spike(state: NetworkState, stretch: Stretch, parameters: Parameters, s
     real = state.weight.dtype.type
     size = state.weight.shape[1]
     fading = parameters.fading[step]
-    stretch.post[side * size + row] += fading
+    motor = side * size + row
+    stretch.post[motor] += fading
+    stretch.next_spike[stretch.last_spike[motor], motor] = step
+    stretch.next_spike[step, motor] = 0
+    stretch.last_spike[motor] = step
     for connection in range(CONNECTIONS):
         k = INTO_MOTOR[side, connection]
         stretch.post_gathered[k, row] += fading * real(state.gathered[k] - stretch.opening[k])
-    state.trace[(SIDES + side) * size + row] += 1
+    state.trace[SIDES * size + motor] += 1
 
 
 @leaf_njit(inline="always")
@@ -161,9 +158,7 @@ def _is_still(state: NetworkState, stretch: Stretch, k: int, row: int) -> bool:
 
 
 @leaf_njit(inline="always")
-def catch_up(
-    state: NetworkState, stretch: Stretch, parameters: Parameters, k: int, neuron: int, step: int, log: Log
-) -> None:
+def catch_up(state: NetworkState, stretch: Stretch, parameters: Parameters, k: int, neuron: int, step: int) -> None:
     """Make what is stored of a sensory neuron's synapses in a projection the Z and w of now, as if its reach were 0."""
     p, real = parameters.plasticity, state.weight.dtype.type
     size = state.weight.shape[1]
@@ -179,47 +174,48 @@ def catch_up(
     post_gathered = stretch.post_gathered[k, first : first + BLOCK]
     moved = real(state.gathered[k] - state.gathered_at[k, row])
     since = real(state.gathered[k] - stretch.opening[k])
-    if might_stick(weight, scaled, post, post_gathered, reach, moved, since, p):
-        for j in range(BLOCK):
-            _replay(state, stretch, parameters.fading, p.weight_max, k, neuron, first + j, step, log)
-    else:
-        bring_on(weight, scaled, post, post_gathered, reach, moved, since, p)
+    doubtful = might_stick(weight, scaled, post, post_gathered, reach, moved, since, p, stretch.doubts)
+    if doubtful:
+        _replay_doubts(state, stretch, parameters, k, neuron, step)
+    bring_on(weight, scaled, post, post_gathered, reach, moved, since, p)
+    if doubtful:
+        _put_replayed(weight, scaled, stretch.doubts, stretch.replayed)
     state.gathered_at[k, row] = state.gathered[k]
 
 
 @leaf_njit()
-def _replay(
-    state: NetworkState,
-    stretch: Stretch,
-    fading_by_step: Any,
-    weight_max: Any,
-    k: int,
-    neuron: int,
-    column: int,
-    step: int,
-    log: Log,
+def _replay_doubts(
+    state: NetworkState, stretch: Stretch, parameters: Parameters, k: int, neuron: int, step: int
 ) -> None:
-    """Catch one synapse up motor spike by motor spike, clipped after each; `column` is its motor neuron's place."""
+    """Catch each doubtful synapse of a row up motor spike by motor spike, clipped after each, into `replayed`."""
     size = state.weight.shape[1]
-    row, motor = neuron % size, (SIDES + MOTOR_OF[k]) * size + column
+    row = neuron % size
+    motor = MOTOR_OF[k] * size + row // BLOCK * BLOCK
     reach, since = float(stretch.reach[neuron]), stretch.since[neuron]
-    z, w = float(state.scaled[k, row, column % BLOCK]), float(state.weight[k, row, column % BLOCK])
-    gathered = state.gathered_at[k, row] - stretch.opening[k]
-    weight_max = float(weight_max)
-    for spike in range(log.step.shape[0]):
-        if log.neuron[spike] != motor:
+    began, weight_max = state.gathered_at[k, row] - stretch.opening[k], float(parameters.plasticity.weight_max)
+    for j in range(BLOCK):
+        if not stretch.doubts[j]:
             continue
-        at = log.step[spike] - log.start
-        fading, then = float(fading_by_step[at]), stretch.course[k, at]
-        if at < since:  # what was stored is less than it was by this
-            w += reach * fading * (gathered - then)
-        else:
-            w = min(max(w + z * (then - gathered), 0.0), weight_max)
-            gathered = then
-        z += reach * fading
-    now = stretch.course[k, step]
-    state.weight[k, row, column % BLOCK] = min(max(w + z * (now - gathered), 0.0), weight_max)
-    state.scaled[k, row, column % BLOCK] = z
+        z, w, gathered = float(state.scaled[k, row, j]), float(state.weight[k, row, j]), began
+        at = stretch.next_spike[0, motor + j]
+        while at:
+            gain, then = reach * float(parameters.fading[at]), stretch.course[k, at]
+            if at < since:  # what was stored is less than it was by this
+                w += gain * (gathered - then)
+            else:
+                w = min(max(w + z * (then - gathered), 0.0), weight_max)
+                gathered = then
+            z += gain
+            at = stretch.next_spike[at, motor + j]
+        stretch.replayed[0, j] = min(max(w + z * (stretch.course[k, step] - gathered), 0.0), weight_max)
+        stretch.replayed[1, j] = z
+
+
+@leaf_njit()
+def _put_replayed(weight: Any, scaled: Any, doubts: Any, replayed: Any) -> None:
+    for j in range(BLOCK):
+        if doubts[j]:
+            weight[j], scaled[j] = replayed[0, j], replayed[1, j]
 
 
 @leaf_njit()

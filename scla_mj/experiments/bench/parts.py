@@ -116,8 +116,6 @@ def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
     excitatory = parameters.excitatory
     drives = work.drives.astype(silence.dtype)
 
-    log = synapses.Log(np.zeros(0, np.int32), np.zeros(0, np.int32), 0)
-
     def part(function: Any, *arguments: Any) -> Contender:
         return Contender(lambda: copied(network.state), lambda state: function(state, parameters, *arguments))
 
@@ -131,13 +129,13 @@ def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
             lambda: copied(network.state), lambda s: _repeat_decay(s, network.stretch, parameters, _CALLS)
         ),
         "stretch": Contender(
-            lambda: copied(network.state), lambda s: _repeat_stretch(s, network.stretch, parameters, log, _CALLS)
+            lambda: copied(network.state), lambda s: _repeat_stretch(s, network.stretch, parameters, _CALLS)
         ),
         "sensory": Contender(
-            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, log, 0.0, _CALLS)
+            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, 0.0, _CALLS)
         ),
         "dosed": Contender(
-            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, log, 1e-9, _CALLS)
+            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, 1e-9, _CALLS)
         ),
         "motor": Contender(
             lambda: copied(network.state), lambda s: _repeat_motor(s, network.stretch, parameters, _CALLS)
@@ -204,20 +202,20 @@ def _repeat_decay(state: Any, stretch: Any, parameters: Any, calls: int) -> None
 
 
 @leaf_njit()
-def _repeat_stretch(state: Any, stretch: Any, parameters: Any, log: Any, calls: int) -> None:
+def _repeat_stretch(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
     for _ in range(calls):
         synapses.open_stretch(state, stretch, parameters)
-        synapses.close_stretch(state, stretch, parameters, CHUNK_MS, log)
+        synapses.close_stretch(state, stretch, parameters, CHUNK_MS)
 
 
 @leaf_njit()
-def _repeat_sensory(state: Any, stretch: Any, parameters: Any, log: Any, gain: float, calls: int) -> None:
+def _repeat_sensory(state: Any, stretch: Any, parameters: Any, gain: float, calls: int) -> None:
     synapses.open_stretch(state, stretch, parameters)
     for call in range(calls):
         for k in range(state.gathered.shape[0]):
             state.gathered[k] += gain
         side, row = call % len(SENSORY), call * 7 % state.weight.shape[1]  # not one row after another, as spikes come
-        synapses.sensory_spike(state, stretch, parameters, side, row, 1, log)
+        synapses.sensory_spike(state, stretch, parameters, side, row, 1)
 
 
 @leaf_njit()
