@@ -139,7 +139,7 @@ def test_the_noise_has_the_configured_deviation_in_every_population():
 
 def _noise_current(network):
     network.state.synaptic[:] = 0.0
-    kernel._gather_current(network.state, network.parameters, np.zeros(1000))
+    kernel._gather_current(network.state, network.stretch, network.parameters)
     return network.state.synaptic.copy()
 
 

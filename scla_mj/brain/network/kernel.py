@@ -58,13 +58,13 @@ def next_noise(low: Any, high: Any, i: int) -> Any:
 
 
 @leaf_njit(inline="always")
-def _gather_current(state: NetworkState, parameters: Parameters, drive: Any) -> None:
+def _gather_current(state: NetworkState, stretch: Stretch, parameters: Parameters) -> None:
     """Add up this step's current: drive, the last step's spikes, noise."""
     real = state.synaptic.dtype.type
     pulse, unit, amplitude = parameters.excitatory.pulse, parameters.wiring.noise_unit, parameters.noise_amplitude
-    for i in range(drive.shape[0]):
+    for i in range(state.synaptic.shape[0]):
         bits = next_noise(state.noise_low, state.noise_high, i)
-        state.synaptic[i] = drive[i] + pulse * state.synaptic[i] + amplitude[i] * (unit * real(bits))
+        state.synaptic[i] = stretch.drive[i] + pulse * state.synaptic[i] + amplitude[i] * (unit * real(bits))
 
 
 @leaf_njit(inline="always")
@@ -82,8 +82,8 @@ def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) ->
 
 
 @leaf_njit(inline="always")
-def _integrate(state: NetworkState, parameters: Parameters, drive: Any) -> None:
-    _gather_current(state, parameters, drive)
+def _integrate(state: NetworkState, stretch: Stretch, parameters: Parameters) -> None:
+    _gather_current(state, stretch, parameters)
     v, u, current, fired = state.v, state.u, state.synaptic, state.fired
     # Slices that start at 0, because a loop from a start of unknown sign is not vectorised.
     split = state.trace.shape[0]
@@ -213,14 +213,13 @@ def run(
     stretch: Stretch,
     packed: Parameters,
     released: Any,
-    drive: Any,
     steps: int,
     first_step: int,
     spike_step: Any,
     spike_neuron: Any,
     counts: Any,
 ) -> int:
-    """Release dopamine, (8,), then advance the network by `steps` under a constant `drive`, (N,), a current a neuron.
+    """Release dopamine, (8,), then advance the network by `steps` under the constant currents of `stretch.drive`.
 
     `packed` is what `Parameters.packed` returns.
 
@@ -236,7 +235,7 @@ def run(
         start = first_step + done - 1
         open_stretch(state, stretch, parameters)
         for step in range(1, length + 1):
-            _integrate(state, parameters, drive)
+            _integrate(state, stretch, parameters)
             _decay(state, stretch, parameters, step)
             count = _list_spikes(state.fired, state.fired_octets, spike_neuron[total:])
             for spike in range(total, total + count):

@@ -54,7 +54,6 @@ class Network:
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._nothing = np.zeros(len(PROJECTIONS))
-        self._silence = np.zeros(neurons, self._real)
         self._spike_step = np.empty(2 * _STEPS_A_CALL * neurons + 1, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
         self._packed = self.parameters.packed()
@@ -125,7 +124,7 @@ class Network:
         Raises:
             SclaError: a membrane potential is no longer finite.
         """
-        current = self._silence if drive is None else drive.astype(self._real, copy=False)
+        self.stretch.drive[:] = 0.0 if drive is None else drive
         counts = np.zeros(len(POPULATIONS), np.int64) if after is None else after.counts.copy()
         total = 0 if after is None else len(after.step)
         done = 0
@@ -138,7 +137,6 @@ class Network:
                 self.stretch,
                 self._packed,
                 released,
-                current,
                 size,
                 first_step + done,
                 self._spike_step[total:],
@@ -171,7 +169,7 @@ class Network:
 
     def _reserve(self, spikes: int, steps: int) -> None:
         """Make room for a spike of every neuron in every step, behind the `spikes` that there are."""
-        wanted = spikes + steps * len(self._silence) + 1
+        wanted = spikes + steps * len(self.stretch.drive) + 1
         if wanted > len(self._spike_step):
             room = np.empty(2 * wanted - len(self._spike_step), np.int32)
             self._spike_step, self._spike_neuron = (

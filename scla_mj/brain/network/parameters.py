@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, Population, populations_of
+from scla_mj.brain.network.memory import placed
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig, PlasticityConfig
@@ -161,7 +162,7 @@ def build_parameters(
         ),
         population_start=np.array([population.start for population in populations] + [neurons]),
         population_of=np.repeat(np.arange(len(populations)), [population.size for population in populations]),
-        noise_amplitude=_noise_amplitude(network, populations, neural_step_ms),
+        **placed({"noise_amplitude": _noise_amplitude(network, populations, neural_step_ms)}),
         fading=np.exp(-np.arange(STRETCH_STEPS + 1) * (1.0 / stdp_steps - 1.0 / eligibility_steps)).astype(real),
         stretch_steps=max(1, int(min(STRETCH_STEPS, _STRETCH_TAUS * stdp_steps, eligibility_steps))),
     )

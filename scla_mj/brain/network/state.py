@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, SENSORY, populations_of
+from scla_mj.brain.network.memory import placed
 from scla_mj.brain.network.parameters import REGULAR_SPIKING, STRETCH_STEPS
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig
-
-_CACHE_LINE_BYTES: Final = 64
 
 
 class NetworkState(NamedTuple):
@@ -50,14 +49,16 @@ class NetworkState(NamedTuple):
 class Stretch(NamedTuple):
     """What a stretch of at most `STRETCH_STEPS` steps keeps of its spikes (synapses.py); nothing of it outlives it.
 
-    `reach`, (4 n,) R, and `since`, (4 n,) int64: by sensory neuron, A+ x / E and the step of its last spike. `post`,
-    (4 n,) R, by motor neuron, and `post_gathered`, (8, n) R, by projection and motor neuron: sums over the motor
-    neuron's spikes. `next_spike`, (steps + 1, 4 n), says in which step a motor neuron fired after the one in that step,
-    from 0 on, and 0 if it did not; `last_spike`, (4 n,), in which it did last. `opening`, (8,), and `course`, (8,
-    steps + 1), float64: `gathered` when the stretch began, and how far it has come since at each step. `doubts`,
-    (100,), and `replayed`, (2, 100) R, are the table on which one row is worked out.
+    `drive`, (N,) R, is the current into each neuron from outside. `reach`, (4 n,) R, and `since`, (4 n,) int64: by
+    sensory neuron, A+ x / E and the step of its last spike. `post`, (4 n,) R, by motor neuron, and `post_gathered`,
+    (8, n) R, by projection and motor neuron: sums over the motor neuron's spikes. `next_spike`, (steps + 1, 4 n), says
+    in which step a motor neuron fired after the one in that step, from 0 on, and 0 if it did not; `last_spike`, (4 n,),
+    in which it did last. `opening`, (8,), and `course`, (8, steps + 1), float64: `gathered` when the stretch began, and
+    how far it has come since at each step. `doubts`, (100,), and `replayed`, (2, 100) R, are the table on which one row
+    is worked out.
     """
 
+    drive: NDArray[Any]
     reach: NDArray[Any]
     since: NDArray[np.int64]
     post: NDArray[Any]
@@ -83,50 +84,49 @@ def initial_state(
     shape = (len(PROJECTIONS), excitatory[0].size, NEURONS_PER_SIDE)
     lanes = noise.generate_state(2 * neurons, np.uint32).reshape(2, neurons)
     lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
-    fired = _aligned(np.zeros(neurons, np.uint8))
     rest_v = REGULAR_SPIKING.c
-    return NetworkState(
-        v=_aligned(np.full(neurons, rest_v, real)),
-        u=_aligned(np.full(neurons, REGULAR_SPIKING.b * rest_v, real)),
-        synaptic=_aligned(np.zeros(neurons, real)),
-        trace=_aligned(np.zeros(excitatory[-1].stop, real)),
+    return settled_in(
+        v=np.full(neurons, rest_v, real),
+        u=np.full(neurons, REGULAR_SPIKING.b * rest_v, real),
+        synaptic=np.zeros(neurons, real),
+        noise_low=lanes[0],
+        noise_high=lanes[1],
+        fired=np.zeros(neurons, np.uint8),
+        trace=np.zeros(excitatory[-1].stop, real),
         dopamine=np.zeros(len(PROJECTIONS)),
-        weight=_aligned(weights.uniform(config.weight_low, config.weight_high, shape).astype(real)),
-        scaled=_aligned(np.zeros(shape, real)),
+        weight=weights.uniform(config.weight_low, config.weight_high, shape).astype(real),
+        scaled=np.zeros(shape, real),
         decayed=np.ones(len(SENSORY)),
         gathered=np.zeros(len(PROJECTIONS)),
         gathered_at=np.zeros(shape[:2]),
         dosed=np.zeros(len(PROJECTIONS), np.int64),
-        noise_low=_aligned(lanes[0]),
-        noise_high=_aligned(lanes[1]),
-        fired=fired,
-        fired_octets=fired.view(np.uint64),
         step_counts=np.zeros(len(POPULATIONS), np.int64),
     )
+
+
+def settled_in(**arrays: NDArray[Any]) -> NetworkState:
+    """Return a state of copies of all arrays but `fired_octets`, laid where the kernel likes them (memory.py)."""
+    places = placed(arrays)
+    return NetworkState(**places, fired_octets=places["fired"].view(np.uint64))
 
 
 def empty_stretch(state: NetworkState) -> Stretch:
     """Return room for a stretch of a network's steps."""
     projections, size, _ = state.weight.shape
     real = state.weight.dtype
-    return Stretch(
-        reach=_aligned(np.zeros(len(SENSORY) * size, real)),
-        since=np.zeros(len(SENSORY) * size, np.int64),
-        post=_aligned(np.zeros(len(MOTOR) * size, real)),
-        post_gathered=_aligned(np.zeros((projections, size), real)),
-        next_spike=np.zeros((STRETCH_STEPS + 1, len(MOTOR) * size), np.uint8),
-        last_spike=np.zeros(len(MOTOR) * size, np.uint8),
-        opening=np.zeros(projections),
-        course=np.zeros((projections, STRETCH_STEPS + 1)),
-        doubts=np.zeros(NEURONS_PER_SIDE, np.uint8),
-        replayed=np.zeros((2, NEURONS_PER_SIDE), real),
+    places = placed(
+        {
+            "drive": np.zeros(len(state.v), real),
+            "reach": np.zeros(len(SENSORY) * size, real),
+            "post": np.zeros(len(MOTOR) * size, real),
+            "post_gathered": np.zeros((projections, size), real),
+            "since": np.zeros(len(SENSORY) * size, np.int64),
+            "next_spike": np.zeros((STRETCH_STEPS + 1, len(MOTOR) * size), np.uint8),
+            "last_spike": np.zeros(len(MOTOR) * size, np.uint8),
+            "opening": np.zeros(projections),
+            "course": np.zeros((projections, STRETCH_STEPS + 1)),
+            "doubts": np.zeros(NEURONS_PER_SIDE, np.uint8),
+            "replayed": np.zeros((2, NEURONS_PER_SIDE), real),
+        }
     )
-
-
-def _aligned(values: NDArray[Any]) -> NDArray[Any]:
-    """Return a copy that begins with a cache line: the kernel's widest loads cross none, a tenth of its time."""
-    memory = np.empty(values.nbytes + _CACHE_LINE_BYTES, np.uint8)
-    start = -memory.ctypes.data % _CACHE_LINE_BYTES
-    copy: NDArray[Any] = memory[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
-    copy[:] = values
-    return copy
+    return Stretch(**places)

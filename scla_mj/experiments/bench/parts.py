@@ -9,7 +9,7 @@ import numpy as np
 from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
 from scla_mj.brain.network import kernel, synapses
 from scla_mj.brain.network.network import Network
-from scla_mj.brain.network.state import NetworkState
+from scla_mj.brain.network.state import NetworkState, settled_in
 from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
 from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
@@ -112,34 +112,26 @@ def _warm(config: RunConfig) -> tuple[Network, Workload]:
 
 
 def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
-    parameters, silence, saved = network.parameters, np.zeros_like(network.state.v), network.saved()
+    parameters, saved = network.parameters, network.saved()
     excitatory = parameters.excitatory
-    drives = work.drives.astype(silence.dtype)
+    drives = work.drives.astype(network.state.v.dtype)
+
+    stretch = network.stretch._replace(drive=np.zeros_like(network.stretch.drive))
 
     def part(function: Any, *arguments: Any) -> Contender:
-        return Contender(lambda: copied(network.state), lambda state: function(state, parameters, *arguments))
+        return Contender(lambda: copied(network.state), lambda state: function(state, stretch, parameters, *arguments))
 
     return {
         "floor": Contender(
             lambda: copied(network.state),
             lambda s: bare_neurons(s, excitatory, parameters.inhibitory, parameters.noise_amplitude, _CALLS),
         ),
-        "neurons": part(_repeat_integrate, silence, _CALLS),
-        "decay": Contender(
-            lambda: copied(network.state), lambda s: _repeat_decay(s, network.stretch, parameters, _CALLS)
-        ),
-        "stretch": Contender(
-            lambda: copied(network.state), lambda s: _repeat_stretch(s, network.stretch, parameters, _CALLS)
-        ),
-        "sensory": Contender(
-            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, 0.0, _CALLS)
-        ),
-        "dosed": Contender(
-            lambda: copied(network.state), lambda s: _repeat_sensory(s, network.stretch, parameters, 1e-9, _CALLS)
-        ),
-        "motor": Contender(
-            lambda: copied(network.state), lambda s: _repeat_motor(s, network.stretch, parameters, _CALLS)
-        ),
+        "neurons": part(_repeat_integrate, _CALLS),
+        "decay": part(_repeat_decay, _CALLS),
+        "stretch": part(_repeat_stretch, _CALLS),
+        "sensory": part(_repeat_sensory, 0.0, _CALLS),
+        "dosed": part(_repeat_sensory, 1e-9, _CALLS),
+        "motor": part(_repeat_motor, _CALLS),
         "whole": Contender(lambda: network.restore(saved), lambda _: _run_kernel(network, drives, work.releases)),
         "chunked": Contender(lambda: network.restore(saved), lambda _: run_chunks(network, work)),
     }
@@ -147,9 +139,9 @@ def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
 
 def copied(state: NetworkState) -> NetworkState:
     """Return a copy that shares no memory with the state."""
-    fired = state.fired.copy()
-    arrays: dict[str, Any] = {name: values.copy() for name, values in state._asdict().items()}
-    return NetworkState(**arrays)._replace(fired=fired, fired_octets=fired.view(np.uint64))
+    arrays = state._asdict()
+    del arrays["fired_octets"]
+    return settled_in(**arrays)
 
 
 def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
@@ -157,9 +149,8 @@ def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts, packed = np.zeros(len(POPULATIONS), np.int64), network.parameters.packed()
     for drive, released in zip(drives, releases, strict=True):
-        kernel.run(
-            network.state, network.stretch, packed, released, drive, CHUNK_MS, 0, spike_step, spike_neuron, counts
-        )
+        network.stretch.drive[:] = drive
+        kernel.run(network.state, network.stretch, packed, released, CHUNK_MS, 0, spike_step, spike_neuron, counts)
 
 
 @leaf_njit()
@@ -190,9 +181,9 @@ def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any)
 
 
 @leaf_njit()
-def _repeat_integrate(state: Any, parameters: Any, drive: Any, calls: int) -> None:
+def _repeat_integrate(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
     for _ in range(calls):
-        kernel._integrate(state, parameters, drive)
+        kernel._integrate(state, stretch, parameters)
 
 
 @leaf_njit()

@@ -177,14 +177,13 @@ def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: in
 
 def replay_network(network: Network, tape: Tape) -> None:
     """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept."""
-    silence = np.zeros_like(network.state.v)
-    room = _STEPS_A_CALL * len(silence) + 1
+    room = _STEPS_A_CALL * len(network.state.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts = np.zeros(len(POPULATIONS), np.int64)
     packed, nothing = network.parameters.packed(), np.zeros(len(PROJECTIONS))
     for call in tape.network:
         released = sum(call.released, start=nothing)
-        drive = silence if call.drive is None else call.drive.astype(silence.dtype, copy=False)
+        network.stretch.drive[:] = 0.0 if call.drive is None else call.drive
         for done in range(0, call.steps, _STEPS_A_CALL):
             steps = min(_STEPS_A_CALL, call.steps - done)
             kernel.run(
@@ -192,7 +191,6 @@ def replay_network(network: Network, tape: Tape) -> None:
                 network.stretch,
                 packed,
                 nothing if done else released,
-                drive,
                 steps,
                 0,
                 spike_step,
