@@ -100,10 +100,6 @@ class State(NamedTuple):
 
 
 STAND_STILL: Final = State(STANDING, 0.0, 1.0, 0, 0.0, 0.0, False)
-START: Final = State(STARTING, 0.0, 1.0, 0, 0.0, 0.0, False)
-"""A move that has yet to `begin`, at the heading that its first period finds."""
-CAREFUL_START: Final = START._replace(careful=True)
-"""The same, by a robot that has slipped before."""
 
 
 def make_gains(

@@ -9,16 +9,13 @@ import numpy as np
 
 from scla_mj.control.motion import (
     ARRIVED,
-    CAREFUL_START,
     DRIVING,
     RETURNED,
-    STAND_STILL,
-    START,
     Goal,
     make_gains,
 )
 from scla_mj.grid import Action, Cell
-from scla_mj.loop.periods import FAULT, Body, run_periods
+from scla_mj.loop.periods import FAULT, Body, robot_of, run_periods
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
 
 if TYPE_CHECKING:
@@ -28,7 +25,6 @@ if TYPE_CHECKING:
 
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
-    from scla_mj.control.motion import State
     from scla_mj.loop.ahead import CompiledAhead
     from scla_mj.sense.odometry import Odometer
     from scla_mj.world.interference import Interference
@@ -71,7 +67,7 @@ class Driver:
             cell_size_m=world.grid.cell_size_m,
         )
         data = world.data
-        self._body = Body(
+        body = Body(
             world.model._address,
             data._address,
             clock.physics_steps_per_control,
@@ -80,6 +76,8 @@ class Driver:
             data.ctrl,
             world.touch,
         )
+        self._robot = robot_of(body, self._gains)
+        self._goal = np.empty(len(Goal._fields))
         self._disturbance, self._odometer, self._look, self._ahead = disturbance, odometer, look, ahead
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._leg_periods = max(1, self._timeout_periods // 2)
@@ -95,20 +93,23 @@ class Driver:
 
     def hold(self, controls: int) -> None:
         """Let the robot stand for some control periods, its wheels commanded to rest, while the physics goes on."""
-        self._reserve(controls)
-        self._run(STAND_STILL, Goal(0.0, 0.0, 0.0, 0.0), controls)
+        self._run(Goal(0.0, 0.0, 0.0, 0.0), 0, standing=controls)
 
-    def drive(self, action: Action, start_cell: Cell) -> Move:
+    def drive(self, action: Action, start_cell: Cell, *, standing: int = 0) -> Move:
         """Carry out one action from a cell, to the end: the next cell, back from a wall, or a failure.
 
-        The move's trajectory opens with the periods of `hold` since the last move.
+        Before it the robot stands for `standing` control periods, as in `hold`. The move's trajectory opens with them,
+        and with those of `hold` since the last move.
         """
         grid = self._world.grid
         goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(start_cell.after(action)))
-        self._reserve(self._timeout_periods)
+        if self._odometer is not None:  # where it stands is to be known before it starts
+            self.hold(standing)
+            standing = 0
         before = start_cell if self._odometer is None else self._true_cell(start_cell)
         blind = self._odometer is None or self._look is None
-        periods, status = self._run(self._start(), goal, self._timeout_periods if blind else self._leg_periods)
+        longest = self._timeout_periods if blind else self._leg_periods
+        periods, status = self._run(goal, longest, standing=standing)
         if self._odometer is not None and self._look is not None and self._can_go_on():
             periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
         trajectory = self._rows[: self._filled].copy()
@@ -129,25 +130,28 @@ class Driver:
         self._filled = len(state["rows"])
         self._rows[: self._filled] = state["rows"]
 
-    def _run(self, state: State, goal: Goal, limit: int) -> tuple[int, int]:
+    def _run(self, goal: Goal, limit: int, *, standing: int = 0) -> tuple[int, int]:
+        """Stand, then drive for at most `limit` control periods; return those that it drove, and how that ended."""
+        self._reserve(standing + limit)
         if self._ahead is not None:
             self._ahead.join()
             self._ahead = None
+        self._goal[:] = goal
         periods, status = run_periods(
-            self._body,
-            state,
-            goal,
-            self._gains,
+            standing,
+            limit,
+            self.careful,
+            self._goal,
             self._disturbance,
             self._odometer,
             self._rows[self._filled :],
             self.periods,
-            limit,
+            *self._robot,
         )
         self._filled += periods
         self.periods += periods
         self._world.steps += periods * self._clock.physics_steps_per_control
-        return periods, status
+        return max(0, periods - standing), status
 
     def _look_and_come_closer(
         self, odometer: Odometer, look: Callable[[], float], goal: Goal, periods: int, status: int
@@ -159,7 +163,7 @@ class Driver:
         """
         self.careful |= look() > self._gains.reaim_distance_m
         if status == DRIVING:  # half of the time is up: whatever held it, it tries again from where it now knows to be
-            more, status = self._run(self._start(), goal, self._timeout_periods - periods)
+            more, status = self._run(goal, self._timeout_periods - periods)
             periods += more
             if status == FAULT:
                 return periods, FAULT
@@ -171,15 +175,12 @@ class Driver:
             close = math.hypot(end[0] - x_m, end[1] - y_m) <= self._gains.reaim_distance_m
             if status not in (ARRIVED, RETURNED) or close or periods >= self._timeout_periods:
                 break
-            more, ended = self._run(self._start(), Goal(x_m, y_m, *end), self._timeout_periods - periods)
+            more, ended = self._run(Goal(x_m, y_m, *end), self._timeout_periods - periods)
             periods += more
             if ended == FAULT:
                 return periods, FAULT
             self.careful |= look() > self._gains.reaim_distance_m
         return periods, status
-
-    def _start(self) -> State:
-        return CAREFUL_START if self.careful else START
 
     def _true_cell(self, believed: Cell) -> Cell:
         """Return the cell that the robot stands in, or the believed one where it does not stand."""

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import llvmlite.binding
 import mujoco
 import numpy as np
 from numba import types
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from scla_mj.compiled import cached_njit, leaf_njit
 from scla_mj.control import caution, controller, motion, profile
 from scla_mj.control.controller import begin, tick
-from scla_mj.control.motion import DRIVING, FRONT, REAR, STARTING, Goal, Motion
+from scla_mj.control.motion import DRIVING, FRONT, REAR, STAND_STILL, STARTING, Gains, Goal, Motion, State
 from scla_mj.sense import odometry
 from scla_mj.sense.odometry import advance
 from scla_mj.world import interference
@@ -24,7 +25,6 @@ from scla_mj.world.world import UPRIGHT_COSINE
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scla_mj.control.motion import Gains, State
     from scla_mj.sense.odometry import Odometer
     from scla_mj.world.interference import Interference
 
@@ -53,6 +53,11 @@ class Body(NamedTuple):
     qvel: NDArray[np.float64]
     ctrl: NDArray[np.float64]
     touch: NDArray[np.float64]
+
+
+_BODY: Final = len(Body._fields)
+_GAINS: Final = len(Gains._fields)
+_GOAL: Final = len(Goal._fields)
 
 
 @leaf_njit(inline="always")
@@ -87,54 +92,72 @@ def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
     row[10], row[11] = body.ctrl[0], body.ctrl[1]
 
 
+@leaf_njit(inline="always")
+def _step(body: Body, left: float, right: float, step_s: float, odometer: Odometer | None) -> int:
+    """Step the physics through a control period under these commands; return which bumpers touched in it."""
+    body.ctrl[0], body.ctrl[1] = left, right
+    touched, turned = 0, 0.0
+    for _ in range(body.steps_per_period):
+        mj_step(body.model_address, body.data_address)
+        touched |= _touch_of(body)
+        turned += body.qvel[5] * step_s
+    if odometer is not None:
+        advance(odometer, body.qpos[7], body.qpos[8], turned)
+    return touched
+
+
+def robot_of(body: Body, gains: Gains) -> tuple[Any, ...]:
+    """Return the robot one array after another, the gains as one: numba takes tuples more slowly."""
+    return (*body, np.array(gains, np.float64))
+
+
 @cached_njit(caution, controller, motion, profile, interference, odometry, nogil=True)
 def run_periods(
-    body: Body,
-    state: State,
-    goal: Goal,
-    gains: Gains,
+    standing: int,
+    limit: int,
+    careful: bool,
+    goal: NDArray[np.float64],
     disturbance: Interference | None,
     odometer: Odometer | None,
     rows: NDArray[np.float64],
     elapsed: int,
-    limit: int,
+    *robot: Any,
 ) -> tuple[int, int]:
-    """Run control periods until the move ends or `limit` periods have passed.
+    """Run control periods: those of standing still, then those of a move until it ends or `limit` have passed.
 
     Args:
-        body: the robot.
-        state, goal, gains: the controller's.
-        disturbance: what comes between the command and the wheels, or None; numba then compiles a loop without.
-        odometer: what the robot steers by, or None for the truth; likewise.
+        standing, limit: control periods.
+        careful: whether the robot has slipped before.
+        goal: the fields of a `Goal`, (4,).
+        disturbance, odometer: what comes between the command and the wheels, and what the robot steers by instead of
+            the truth, or None; numba then compiles a loop without.
         rows: the trajectory's free rows, of which one is written for every period that was run.
-        elapsed, limit: control periods since the run's start, and the most to run.
+        elapsed: control periods since the run's start.
+        robot: what `robot_of` returns.
 
     Returns:
         The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them.
     """
+    body, gains = Body(*robot[:_BODY]), Gains(*to_fixed_tuple(robot[_BODY], _GAINS))
+    state, aim = STAND_STILL, Goal(*to_fixed_tuple(goal, _GOAL))
     touched, step_s = 0, gains.period_s / body.steps_per_period
-    for period in range(limit):
+    for period in range(standing + limit):
+        if period == standing:
+            state, touched = State(STARTING, 0.0, 1.0, 0, 0.0, 0.0, careful), 0
         motion = _sense_motion(body, touched)
         if not motion.upright >= UPRIGHT_COSINE:
             return period, FAULT
         if odometer is not None:
             motion = _believed_motion(odometer, motion)
         if state.phase == STARTING:
-            state = begin(goal, motion.heading_rad, state.careful)
-        state, left, right, status = tick(state, motion, goal, gains)
+            state = begin(aim, motion.heading_rad, state.careful)
+        state, left, right, status = tick(state, motion, aim, gains)
         if not (math.isfinite(left) and math.isfinite(right)):
             return period, FAULT
         if status != DRIVING:
             return period, status
         if disturbance is not None:
             left, right = interfere(disturbance, left, right)
-        body.ctrl[0], body.ctrl[1] = left, right
-        touched, turned = 0, 0.0
-        for _ in range(body.steps_per_period):
-            mj_step(body.model_address, body.data_address)
-            touched |= _touch_of(body)
-            turned += body.qvel[5] * step_s
-        if odometer is not None:
-            advance(odometer, body.qpos[7], body.qpos[8], turned)
+        touched = _step(body, left, right, step_s, odometer)
         _write_row(rows[period], (elapsed + period + 1) * gains.period_s, body)
-    return limit, DRIVING
+    return standing + limit, DRIVING

@@ -69,9 +69,8 @@ class Trial:
         started_s = self.time_s
         percept, localised = self._sense(), self._localiser.error()
         chosen = self.brain.decide(percept)
-        self._driver.hold(self._thinking_controls)
         executed = self._noise.execute(chosen.action)
-        move = self._driver.drive(executed, percept.cell)
+        move = self._driver.drive(executed, percept.cell, standing=self._thinking_controls)
         self.brain.elapse(move.duration_s)
         hit = not move.fallen and move.after == self._grid.target
         move = self._given_up(move, hit)

@@ -40,6 +40,8 @@ _NEURON_CONSTANTS: Final = len(NeuronConstants._fields)
 _PLASTICITY_CONSTANTS: Final = len(PlasticityConstants._fields)
 _WIRING: Final = len(Wiring._fields)
 _RATES: Final = len(Rates._fields)
+_STATE: Final = len(NetworkState._fields)
+_CHANGING: Final = _STATE + len(Stretch._fields)
 NOT_FINITE: Final = -1
 """What `run` returns, instead of a number of spikes, where a membrane potential is no longer finite."""
 
@@ -179,19 +181,20 @@ def _is_finite(values: Any) -> bool:
 
 
 @leaf_njit(inline="always")
-def _unpacked(packed: Parameters) -> Parameters:
+def _unpacked(packed: Any) -> Parameters:
     """Return the parameters with names for their numbers; see `Parameters.packed`."""
+    groups = Parameters(*packed)
     return Parameters(
-        NeuronConstants(*to_fixed_tuple(packed.excitatory, _NEURON_CONSTANTS)),
-        NeuronConstants(*to_fixed_tuple(packed.inhibitory, _NEURON_CONSTANTS)),
-        PlasticityConstants(*to_fixed_tuple(packed.plasticity, _PLASTICITY_CONSTANTS)),
-        Wiring(*to_fixed_tuple(packed.wiring, _WIRING)),
-        Rates(*to_fixed_tuple(packed.rates, _RATES)),
-        packed.population_start,
-        packed.population_of,
-        packed.noise_amplitude,
-        packed.fading,
-        packed.stretch_steps,
+        NeuronConstants(*to_fixed_tuple(groups.excitatory, _NEURON_CONSTANTS)),
+        NeuronConstants(*to_fixed_tuple(groups.inhibitory, _NEURON_CONSTANTS)),
+        PlasticityConstants(*to_fixed_tuple(groups.plasticity, _PLASTICITY_CONSTANTS)),
+        Wiring(*to_fixed_tuple(groups.wiring, _WIRING)),
+        Rates(*to_fixed_tuple(groups.rates, _RATES)),
+        groups.population_start,
+        groups.population_of,
+        groups.noise_amplitude,
+        groups.fading,
+        groups.stretch_steps,
     )
 
 
@@ -209,25 +212,16 @@ def _release(state: NetworkState, parameters: Parameters, released: Any) -> None
 
 @cached_njit(rows, synapses, nogil=True)
 def run(
-    state: NetworkState,
-    stretch: Stretch,
-    packed: Parameters,
-    released: Any,
-    steps: int,
-    first_step: int,
-    spike_step: Any,
-    spike_neuron: Any,
-    counts: Any,
+    released: Any, steps: int, first_step: int, spike_step: Any, spike_neuron: Any, counts: Any, *memory: Any
 ) -> int:
-    """Release dopamine, (8,), then advance the network by `steps` under the constant currents of `stretch.drive`.
-
-    `packed` is what `Parameters.packed` returns.
+    """Release dopamine, (8,), then advance the network by `steps` under the constant currents of its stretch's `drive`.
 
     Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, which
-    must hold N a step; adds the spikes of each population to `counts`, (12,) int64. Returns the number of spikes, or
-    `NOT_FINITE` where a membrane potential no longer is.
+    must hold N a step, and one more; adds the spikes of each population to `counts`, (12,) int64. `memory` is what
+    `memory_of` returns. Returns the number of spikes, or `NOT_FINITE` where a membrane potential no longer is.
     """
-    parameters = _unpacked(packed)
+    state, stretch = NetworkState(*memory[:_STATE]), Stretch(*memory[_STATE:_CHANGING])
+    parameters = _unpacked(memory[_CHANGING:])
     _release(state, parameters, released)
     total = done = 0
     while done < steps:
@@ -247,6 +241,11 @@ def run(
     return total if _is_finite(state.v) and _is_finite(state.u) else NOT_FINITE
 
 
+def memory_of(state: NetworkState, stretch: Stretch, parameters: Parameters) -> tuple[Any, ...]:
+    """Return what a call of the compiled loop works on, one array after another: numba takes tuples more slowly."""
+    return (*state, *stretch, *parameters.packed())
+
+
 @cached_njit()
 def read_weights(weight: Any, scaled: Any, gathered: Any, gathered_at: Any, bounds: Any, now: Any) -> None:
     """Write the weights of now into `now`, (8, n, 100), and change nothing; `bounds`, (2,), clip them."""
@@ -259,10 +258,34 @@ def read_weights(weight: Any, scaled: Any, gathered: Any, gathered_at: Any, boun
 
 
 @cached_njit()
-def add_columns(values: Any, columns: Any) -> None:
-    """Add up the rows of `values`, (n, 100), in `columns`, (100,) float64: unlike one running sum, that vectorises."""
-    for j in range(BLOCK):
-        columns[j] = 0.0
-    for row in range(values.shape[0]):
+def mean_weights(
+    weight: Any,
+    scaled: Any,
+    gathered: Any,
+    gathered_at: Any,
+    bounds: Any,
+    dosed: Any,
+    columns: Any,
+    at: Any,
+    means: Any,
+) -> None:
+    """Write each projection's mean weight into `means`, (8,) float64, where dopamine has changed it since.
+
+    `at`, (8,) int64, is what `dosed` was when those that are there were made. Sums by column, in the scratch array
+    `columns`, (100,) float64: unlike one running sum, that vectorises.
+    """
+    real, low, high = weight.dtype.type, bounds[0], bounds[1]
+    for k in range(means.shape[0]):
+        if at[k] == dosed[k]:
+            continue
+        at[k] = dosed[k]
         for j in range(BLOCK):
-            columns[j] += values[row, j]
+            columns[j] = 0.0
+        for row in range(weight.shape[1]):
+            moved = real(gathered[k] - gathered_at[k, row])
+            for j in range(BLOCK):
+                columns[j] += min(max(weight[k, row, j] + scaled[k, row, j] * moved, low), high)
+        total = 0.0
+        for j in range(BLOCK):
+            total += columns[j]
+        means[k] = total / (weight.shape[1] * BLOCK)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -10,15 +9,15 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS
 from scla_mj.brain.network import kernel
-from scla_mj.brain.network.parameters import build_parameters
+from scla_mj.brain.network.parameters import STRETCH_STEPS, build_parameters
 from scla_mj.brain.network.state import empty_stretch, initial_state
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig, PlasticityConfig
 
-_STEPS_A_CALL: Final = 1000
-"""Neural steps that the kernel is asked for at once, so that room for a spike of every neuron in each is no burden."""
+_SPIKES_A_CALL: Final = 4_000_000
+"""Room for a spike of every neuron in every step of a call of the kernel: longer runs are cut into several."""
 _VIEWS: Final = ("fired_octets",)
 """What shares its memory with another array of the state."""
 
@@ -51,15 +50,16 @@ class Network:
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
         self.state = initial_state(network, weights=weights, noise=noise, neurons=neurons)
         self.stretch = empty_stretch(self.state)
+        self._steps_a_call = max(STRETCH_STEPS, _SPIKES_A_CALL // neurons)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._nothing = np.zeros(len(PROJECTIONS))
-        self._spike_step = np.empty(2 * _STEPS_A_CALL * neurons + 1, np.int32)
+        self._spike_step = np.empty(2 * _SPIKES_A_CALL, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
-        self._packed = self.parameters.packed()
+        self.memory = kernel.memory_of(self.state, self.stretch, self.parameters)
+        self._lazy_weights = (self.state.weight, self.state.scaled, self.state.gathered, self.state.gathered_at)
         self._bounds = np.array([0.0, network.weight_max], self._real)
         self._columns = np.empty(self.state.weight.shape[2])
-        self._weights_of_one = np.empty_like(self.state.weight[:1])
         self._means = np.empty(len(self.state.weight))
         self._mean_at = np.full(len(self.state.weight), -1)
 
@@ -70,7 +70,7 @@ class Network:
         In a larger network (8, blocks, 100, 100): a neuron reaches those of its own block of 100.
         """
         weights = np.empty_like(self.state.weight)
-        self._read(slice(None), weights)
+        kernel.read_weights(*self._lazy_weights, self._bounds, weights)
         return _by_block(weights)
 
     @weights.setter
@@ -93,25 +93,11 @@ class Network:
         return concentration
 
     def mean_weights(self) -> NDArray[np.float64]:
-        """Return each projection's mean weight, (8,); only those that dopamine has changed are added up anew."""
-        for k in np.flatnonzero(self._mean_at != self.state.dosed).tolist():
-            weights = self._weights_of_one
-            self._read(slice(k, k + 1), weights)
-            kernel.add_columns(weights[0], self._columns)
-            self._means[k] = math.fsum(self._columns.tolist()) / weights.size
-            self._mean_at[k] = self.state.dosed[k]
-        return self._means.copy()
-
-    def _read(self, projections: slice, weights: NDArray[Any]) -> None:
-        state = self.state
-        kernel.read_weights(
-            state.weight[projections],
-            state.scaled[projections],
-            state.gathered[projections],
-            state.gathered_at[projections],
-            self._bounds,
-            weights,
+        """Return each projection's mean weight, (8,)."""
+        kernel.mean_weights(
+            *self._lazy_weights, self._bounds, self.state.dosed, self._columns, self._mean_at, self._means
         )
+        return self._means.copy()
 
     def run(
         self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0, after: Spikes | None = None
@@ -130,18 +116,16 @@ class Network:
         done = 0
         while done < steps:
             released = self._take_due()
-            size = min(_STEPS_A_CALL, steps - done, self._steps_to_release())
+            size = min(self._steps_a_call, steps - done, self._steps_to_release())
             self._reserve(total, size)
             spikes = kernel.run(
-                self.state,
-                self.stretch,
-                self._packed,
                 released,
                 size,
                 first_step + done,
                 self._spike_step[total:],
                 self._spike_neuron[total:],
                 counts,
+                *self.memory,
             )
             if spikes == kernel.NOT_FINITE:
                 raise SclaError(
@@ -193,7 +177,7 @@ class Network:
         return released
 
     def _steps_to_release(self) -> int:
-        return min((due - self._steps for due, _ in self._releases), default=_STEPS_A_CALL)
+        return min((due - self._steps for due, _ in self._releases), default=self._steps_a_call)
 
 
 def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:

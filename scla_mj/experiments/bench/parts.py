@@ -147,10 +147,10 @@ def copied(state: NetworkState) -> NetworkState:
 def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
     room = CHUNK_MS * len(network.state.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
-    counts, packed = np.zeros(len(POPULATIONS), np.int64), network.parameters.packed()
+    counts = np.zeros(len(POPULATIONS), np.int64)
     for drive, released in zip(drives, releases, strict=True):
         network.stretch.drive[:] = drive
-        kernel.run(network.state, network.stretch, packed, released, CHUNK_MS, 0, spike_step, spike_neuron, counts)
+        kernel.run(released, CHUNK_MS, 0, spike_step, spike_neuron, counts, *network.memory)
 
 
 @leaf_njit()

@@ -27,7 +27,6 @@ from scla_mj.world.world import World
 
 _COMMANDS = slice(TRAJECTORY_COLUMNS.index("command_left_rad_s"), None)
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-_STEPS_A_CALL = 1000
 
 
 class NetworkCall(NamedTuple):
@@ -171,29 +170,16 @@ def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: in
     for state, attempts in tape.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
-            driver.hold(thinking_controls)
-            driver.drive(attempt.action, attempt.cell)
+            driver.drive(attempt.action, attempt.cell, standing=thinking_controls)
 
 
 def replay_network(network: Network, tape: Tape) -> None:
     """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept."""
-    room = _STEPS_A_CALL * len(network.state.v) + 1
+    longest = max((call.steps for call in tape.network), default=0)
+    room = longest * len(network.state.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
-    counts = np.zeros(len(POPULATIONS), np.int64)
-    packed, nothing = network.parameters.packed(), np.zeros(len(PROJECTIONS))
+    counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
     for call in tape.network:
         released = sum(call.released, start=nothing)
         network.stretch.drive[:] = 0.0 if call.drive is None else call.drive
-        for done in range(0, call.steps, _STEPS_A_CALL):
-            steps = min(_STEPS_A_CALL, call.steps - done)
-            kernel.run(
-                network.state,
-                network.stretch,
-                packed,
-                nothing if done else released,
-                steps,
-                0,
-                spike_step,
-                spike_neuron,
-                counts,
-            )
+        kernel.run(released, call.steps, 0, spike_step, spike_neuron, counts, *network.memory)
