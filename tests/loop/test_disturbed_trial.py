@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from scla_mj.config import ControllerConfig, RunConfig
+from scla_mj.control.motion import Gains
 from scla_mj.disturbances import SETS, DisturbanceConfig, with_sets
 from scla_mj.errors import SclaError
 from scla_mj.experiments.assemble import build_trial
@@ -147,7 +148,8 @@ def test_a_robot_that_has_lost_its_place_is_reported_and_told_a_new_one():
 
 def test_a_command_that_is_not_a_number_fails_and_reaches_no_wheel():
     trial = make(seed=1)
-    trial._driver._gains = trial._driver._gains._replace(wheel_radius_m=math.nan)
+    gains = trial._driver._robot[-1]
+    gains[Gains._fields.index("wheel_radius_m")] = math.nan
     record = steps(trial, 1)[0]
     assert record.move.outcome == Outcome.FAILED
     assert not np.isnan(trial.world.data.ctrl).any()
