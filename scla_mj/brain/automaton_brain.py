@@ -38,7 +38,7 @@ class AutomatonBrain(Brain):
 
     def snapshot(self) -> Snapshot:
         """Return a copy of the action probabilities."""
-        return Snapshot(probabilities=self.automata.probabilities.copy())
+        return Snapshot(probabilities=self.automata.probabilities)
 
     def state(self) -> dict[str, Any]:
         """Return the automata."""

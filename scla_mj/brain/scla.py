@@ -12,7 +12,7 @@ from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.reinforcement import CellStates, PathTrace
-from scla_mj.grid import Action
+from scla_mj.grid import ACTIONS, Action
 from scla_mj.randomness import Consumer, generator, seed_sequence
 from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snapshot
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 _TAUGHT: Final = {
     side: np.array([(1.0 if p.agrees else -1.0) if p.sensor == side else 0.0 for p in PROJECTIONS]) for side in Action
 }
-_UNTAUGHT: Final = np.zeros(len(PROJECTIONS))
 
 
 class SclaBrain(Brain):
@@ -97,7 +96,7 @@ class SclaBrain(Brain):
 
     def snapshot(self) -> Snapshot:
         """Return copies of the weights and the action probabilities."""
-        return Snapshot(self.network.weights, self.automata.probabilities.copy())
+        return Snapshot(self.network.weights, self.automata.probabilities)
 
     def state(self) -> dict[str, Any]:
         """Return the network, the automata and what their signals come from, and the generator of ties."""
@@ -119,8 +118,10 @@ class SclaBrain(Brain):
 
     def _busiest(self, counts: tuple[int, int, int, int]) -> Action:
         most = max(counts)
-        winners = [action for action in Action if counts[action] == most]
-        return winners[0] if len(winners) == 1 else winners[int(self._ties.choice(len(winners)))]
+        if counts.count(most) == 1:
+            return ACTIONS[counts.index(most)]
+        winners = [action for action in ACTIONS if counts[action] == most]
+        return winners[int(self._ties.choice(len(winners)))]
 
     def _release_dopamine(self, feedback: Feedback) -> None:
         """Reward or punish the move that a sensed target called for; without one, the network is not taught."""
@@ -128,8 +129,9 @@ class SclaBrain(Brain):
             return
         plasticity = self._config.plasticity
         modulation = _scalar(feedback) if plasticity.modulation == "scalar" else _signed(feedback)
-        delay_steps = round(plasticity.dopamine_delay_s * 1000.0 / self._clock.neural_step_ms)
-        self.network.release_dopamine(plasticity.dopamine_release * modulation, delay_steps=delay_steps)
+        if modulation is not None:
+            delay_steps = round(plasticity.dopamine_delay_s * 1000.0 / self._clock.neural_step_ms)
+            self.network.release_dopamine(plasticity.dopamine_release * modulation, delay_steps=delay_steps)
 
     def _signal_automata(self, feedback: Feedback, *, punish: bool) -> None:
         """Pass on good and bad; an automaton is not punished for a direction that it did not choose."""
@@ -161,15 +163,14 @@ def _drives(populations: tuple[Population, ...], current: float, precision: Prec
     return drives
 
 
-def _signed(feedback: Feedback) -> NDArray[np.float64]:
-    """Per connection: the sensed direction's agreeing one up, the opposite one down, the others unchanged, (8,).
+def _signed(feedback: Feedback) -> NDArray[np.float64] | None:
+    """Per connection: the sensed direction's agreeing one up, the opposite one down, the others not, (8,) or None.
 
     The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one (reduce
     what was taken, strengthen its opposite). A move to either side used neither connection.
     """
     sensed = feedback.before.sensed
-    used = sensed is not None and feedback.action in (sensed, sensed.opposite)
-    return _TAUGHT[sensed] if used and sensed is not None else _UNTAUGHT
+    return _TAUGHT[sensed] if sensed is not None and feedback.action in (sensed, sensed.opposite) else None
 
 
 def _scalar(feedback: Feedback) -> NDArray[np.float64]:

@@ -15,8 +15,9 @@ from scla_mj.control.motion import (
     make_gains,
 )
 from scla_mj.grid import Action, Cell
-from scla_mj.loop.periods import FAULT, Body, robot_of, run_periods
+from scla_mj.loop.periods import FAULT, Body, Ending, robot_of, run_periods
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
+from scla_mj.world.world import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -75,9 +76,10 @@ class Driver:
             data.qvel,
             data.ctrl,
             world.touch,
+            np.empty(len(Ending._fields)),
         )
+        self._ending = body.ending
         self._robot = robot_of(body, self._gains)
-        self._goal = np.empty(len(Goal._fields))
         self._disturbance, self._odometer, self._look, self._ahead = disturbance, odometer, look, ahead
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._leg_periods = max(1, self._timeout_periods // 2)
@@ -136,15 +138,15 @@ class Driver:
         if self._ahead is not None:
             self._ahead.join()
             self._ahead = None
-        self._goal[:] = goal
         periods, status = run_periods(
             standing,
             limit,
             self.careful,
-            self._goal,
+            *goal,
             self._disturbance,
             self._odometer,
-            self._rows[self._filled :],
+            self._rows,
+            self._filled,
             self.periods,
             *self._robot,
         )
@@ -189,7 +191,15 @@ class Driver:
 
     def _can_go_on(self) -> bool:
         """Tell whether the robot stands, and has a place in mind."""
-        return self._world.can_drive() and (self._odometer is None or bool(np.isfinite(self._odometer.estimate).all()))
+        pose, finite = self._pose()
+        if not (finite and pose.can_drive()):
+            return False
+        return self._odometer is None or bool(np.isfinite(self._odometer.estimate).all())
+
+    def _pose(self) -> tuple[Pose, bool]:
+        """Return where the robot has ended up, and whether its whole state is finite."""
+        x_m, y_m, heading_rad, upright, finite = self._ending.tolist()
+        return Pose(x_m, y_m, heading_rad, upright), bool(finite)
 
     def _judge(
         self,
@@ -201,7 +211,7 @@ class Driver:
         trajectory: NDArray[np.float64],
     ) -> Move:
         """Say how the move of a robot that can go on has ended, from its physical pose alone."""
-        grid, pose = self._world.grid, self._world.pose()
+        grid, (pose, _) = self._world.grid, self._pose()
         after = grid.cell_at(pose.x_m, pose.y_m)
         outcome = Outcome.FAILED
         if status == ARRIVED and after == start.after(action):

@@ -44,7 +44,7 @@ mj_step: Final = types.ExternalFunction("mj_step", types.void(types.intp, types.
 
 
 class Body(NamedTuple):
-    """The robot as the compiled loop reaches it: addresses for `mj_step`, and views into its data."""
+    """The robot as the compiled loop reaches it: addresses for `mj_step`, views of its data, room for an `Ending`."""
 
     model_address: int
     data_address: int
@@ -53,11 +53,21 @@ class Body(NamedTuple):
     qvel: NDArray[np.float64]
     ctrl: NDArray[np.float64]
     touch: NDArray[np.float64]
+    ending: NDArray[np.float64]
+
+
+class Ending(NamedTuple):
+    """Where a robot is after its control periods: the fields of a `Pose`, and whether its whole state is finite."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+    upright: float
+    finite: float
 
 
 _BODY: Final = len(Body._fields)
 _GAINS: Final = len(Gains._fields)
-_GOAL: Final = len(Goal._fields)
 
 
 @leaf_njit(inline="always")
@@ -106,41 +116,40 @@ def _step(body: Body, left: float, right: float, step_s: float, odometer: Odomet
     return touched
 
 
+@leaf_njit(inline="always")
+def _write_ending(body: Body) -> None:
+    w, x, y, z = body.qpos[3], body.qpos[4], body.qpos[5], body.qpos[6]
+    total = 0.0
+    for i in range(body.qpos.shape[0]):
+        total += body.qpos[i]
+    for i in range(body.qvel.shape[0]):
+        total += body.qvel[i]
+    body.ending[0], body.ending[1] = body.qpos[0], body.qpos[1]
+    body.ending[2] = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    body.ending[3] = 1.0 - 2.0 * (x * x + y * y)
+    body.ending[4] = 1.0 if math.isfinite(total) else 0.0
+
+
 def robot_of(body: Body, gains: Gains) -> tuple[Any, ...]:
     """Return the robot one array after another, the gains as one: numba takes tuples more slowly."""
     return (*body, np.array(gains, np.float64))
 
 
-@cached_njit(caution, controller, motion, profile, interference, odometry, nogil=True)
-def run_periods(
+@leaf_njit(inline="always")
+def _drive(
     standing: int,
     limit: int,
     careful: bool,
-    goal: NDArray[np.float64],
+    goal: Goal,
+    gains: Gains,
+    body: Body,
     disturbance: Interference | None,
     odometer: Odometer | None,
     rows: NDArray[np.float64],
     elapsed: int,
-    *robot: Any,
 ) -> tuple[int, int]:
-    """Run control periods: those of standing still, then those of a move until it ends or `limit` have passed.
-
-    Args:
-        standing, limit: control periods.
-        careful: whether the robot has slipped before.
-        goal: the fields of a `Goal`, (4,).
-        disturbance, odometer: what comes between the command and the wheels, and what the robot steers by instead of
-            the truth, or None; numba then compiles a loop without.
-        rows: the trajectory's free rows, of which one is written for every period that was run.
-        elapsed: control periods since the run's start.
-        robot: what `robot_of` returns.
-
-    Returns:
-        The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them.
-    """
-    body, gains = Body(*robot[:_BODY]), Gains(*to_fixed_tuple(robot[_BODY], _GAINS))
-    state, aim = STAND_STILL, Goal(*to_fixed_tuple(goal, _GOAL))
-    touched, step_s = 0, gains.period_s / body.steps_per_period
+    """What `run_periods` says, but for the ending."""
+    state, touched, step_s = STAND_STILL, 0, gains.period_s / body.steps_per_period
     for period in range(standing + limit):
         if period == standing:
             state, touched = State(STARTING, 0.0, 1.0, 0, 0.0, 0.0, careful), 0
@@ -150,8 +159,8 @@ def run_periods(
         if odometer is not None:
             motion = _believed_motion(odometer, motion)
         if state.phase == STARTING:
-            state = begin(aim, motion.heading_rad, state.careful)
-        state, left, right, status = tick(state, motion, aim, gains)
+            state = begin(goal, motion.heading_rad, state.careful)
+        state, left, right, status = tick(state, motion, goal, gains)
         if not (math.isfinite(left) and math.isfinite(right)):
             return period, FAULT
         if status != DRIVING:
@@ -161,3 +170,42 @@ def run_periods(
         touched = _step(body, left, right, step_s, odometer)
         _write_row(rows[period], (elapsed + period + 1) * gains.period_s, body)
     return standing + limit, DRIVING
+
+
+@cached_njit(caution, controller, motion, profile, interference, odometry, nogil=True)
+def run_periods(
+    standing: int,
+    limit: int,
+    careful: bool,
+    start_x_m: float,
+    start_y_m: float,
+    target_x_m: float,
+    target_y_m: float,
+    disturbance: Interference | None,
+    odometer: Odometer | None,
+    rows: NDArray[np.float64],
+    filled: int,
+    elapsed: int,
+    *robot: Any,
+) -> tuple[int, int]:
+    """Run control periods: those of standing still, then those of a move until it ends or `limit` have passed.
+
+    Args:
+        standing, limit: control periods.
+        careful: whether the robot has slipped before.
+        start_x_m, start_y_m, target_x_m, target_y_m: the move's `Goal`.
+        disturbance, odometer: what comes between the command and the wheels, and what the robot steers by instead of
+            the truth, or None; numba then compiles a loop without.
+        rows, filled: the trajectory, of which one row is written for every period that was run, behind those filled.
+        elapsed: control periods since the run's start.
+        robot: what `robot_of` returns.
+
+    Returns:
+        The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them; `ending` says
+        where the robot is then.
+    """
+    body, gains = Body(*robot[:_BODY]), Gains(*to_fixed_tuple(robot[_BODY], _GAINS))
+    goal = Goal(start_x_m, start_y_m, target_x_m, target_y_m)
+    periods, status = _drive(standing, limit, careful, goal, gains, body, disturbance, odometer, rows[filled:], elapsed)
+    _write_ending(body)
+    return periods, status

@@ -57,6 +57,7 @@ class Trial:
         self._localiser = localiser
         self._spawn = spawn
         self._failures = 0
+        self._percept: Percept | None = None
         self._respawn()
 
     @property
@@ -67,14 +68,14 @@ class Trial:
     def step(self, *, epoch: int, decision: int) -> DecisionRecord:
         """Let the robot make one decision and drive it; `epoch` and `decision` are the record's numbers."""
         started_s = self.time_s
-        percept, localised = self._sense(), self._localiser.error()
+        percept, localised = self._percept or self._sense(), self._localiser.error()
         chosen = self.brain.decide(percept)
         executed = self._noise.execute(chosen.action)
         move = self._driver.drive(executed, percept.cell, standing=self._thinking_controls)
         self.brain.elapse(move.duration_s)
         hit = not move.fallen and move.after == self._grid.target
         move = self._given_up(move, hit)
-        now = self._sense_after(move, percept)
+        now = self._percept = self._sense_after(move, percept)
         self.brain.learn(Feedback(percept, chosen.action, executed, move.outcome, now, hit))
         activity = self.brain.activity()
         if hit or move.fallen:
@@ -83,7 +84,7 @@ class Trial:
 
     def move_target(self, grid: Grid) -> None:
         """Put the target where `grid` has it; the brain is not told. A robot that stands there starts anew."""
-        self._grid = grid
+        self._grid, self._percept = grid, None
         self._starts = grid.start_cells(self._protocol)
         self._sensor = TargetSensor(grid)
         self.world.move_target(grid.target)
@@ -112,7 +113,7 @@ class Trial:
         self._noise.restore(state["noise"])
         self._localiser.restore(state["localiser"])
         self._spawn.bit_generator.state = state["spawn"]
-        self._failures = state["failures"]
+        self._failures, self._percept = state["failures"], None
         self.brain.restore(state["brain"])
 
     def _sense(self) -> Percept:
@@ -145,4 +146,4 @@ class Trial:
         self.world.spawn(cell, heading_rad)
         self._localiser.told()
         self._driver.careful = False
-        self._failures = 0
+        self._failures, self._percept = 0, None

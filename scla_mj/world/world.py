@@ -71,6 +71,7 @@ class World:
         self._physics: Any = None
         self._fresh: NDArray[np.float64] | None = None
         self._resting_qpos = self._settle()
+        self._turned: dict[float, NDArray[np.float64]] = {}
         self.spawn(grid.target, 0.0)
 
     @property
@@ -101,10 +102,18 @@ class World:
         qpos = self._qpos
         qpos[:] = self._resting_qpos
         qpos[:2] = self.grid.centre_m(cell)
-        half = heading_rad / 2
-        mujoco.mju_mulQuat(qpos[3:7], np.array([math.cos(half), 0, 0, math.sin(half)]), self._resting_qpos[3:7])
+        qpos[3:7] = self._resting_quaternion(heading_rad)
         mujoco.mj_forward(self.model, self.data)
         self.steps = 0
+
+    def _resting_quaternion(self, heading_rad: float) -> NDArray[np.float64]:
+        """Return how the robot stands that heads this way; of each heading it is worked out once."""
+        quaternion = self._turned.get(heading_rad)
+        if quaternion is None:
+            half = heading_rad / 2
+            quaternion = self._turned[heading_rad] = np.empty(4)
+            mujoco.mju_mulQuat(quaternion, np.array([math.cos(half), 0, 0, math.sin(half)]), self._resting_qpos[3:7])
+        return quaternion
 
     def _reset(self) -> None:
         """Reset MuJoCo's data; where nothing went wrong, by its integration state alone, in a tenth of the time."""
@@ -191,6 +200,7 @@ class World:
         resting[:2] = 0.0
         resting[7:] = 0.0
         self._resting_qpos = resting
+        self._turned.clear()
 
     def _settle(self) -> NDArray[np.float64]:
         """Let the robot come to rest, and return its qpos there, at the origin, heading along +x."""

@@ -83,7 +83,9 @@ def test_probabilities_stay_probabilities(scheme, reward_rate, penalty_rate, sig
 def test_actions_are_drawn_as_often_as_they_are_probable():
     automata, draws = build(), 20_000
     probabilities = np.array([0.5, 0.05, 0.3, 0.15])
-    automata.probabilities[CELL.x - 1, CELL.y - 1] = probabilities
+    every = automata.probabilities
+    every[CELL.x - 1, CELL.y - 1] = probabilities
+    automata.probabilities = every
     counts = np.bincount([automata.draw(CELL) for _ in range(draws)], minlength=4)
     margin = 5 * np.sqrt(draws * probabilities * (1 - probabilities))
     assert (np.abs(counts - draws * probabilities) < margin).all()

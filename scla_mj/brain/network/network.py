@@ -54,6 +54,7 @@ class Network:
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._nothing = np.zeros(len(PROJECTIONS))
+        self._no_spikes = np.zeros(len(POPULATIONS), np.int64)
         self._spike_step = np.empty(2 * _SPIKES_A_CALL, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
         self.memory = kernel.memory_of(self.state, self.stretch, self.parameters)
@@ -111,7 +112,7 @@ class Network:
             SclaError: a membrane potential is no longer finite.
         """
         self.stretch.drive[:] = 0.0 if drive is None else drive
-        counts = np.zeros(len(POPULATIONS), np.int64) if after is None else after.counts.copy()
+        counts = self._no_spikes.copy() if after is None else after.counts.copy()
         total = 0 if after is None else len(after.step)
         done = 0
         while done < steps:
@@ -166,7 +167,7 @@ class Network:
 
     def _due(self) -> NDArray[np.float64]:
         """Return the dopamine that is to be released before the next step, (8,)."""
-        return sum((amount for due, amount in self._releases if due <= self._steps), start=np.zeros(len(PROJECTIONS)))
+        return sum((amount for due, amount in self._releases if due <= self._steps), start=self._nothing)
 
     def _take_due(self) -> NDArray[np.float64]:
         """Return the same, and forget it."""
@@ -177,7 +178,9 @@ class Network:
         return released
 
     def _steps_to_release(self) -> int:
-        return min((due - self._steps for due, _ in self._releases), default=self._steps_a_call)
+        if not self._releases:
+            return self._steps_a_call
+        return min(due - self._steps for due, _ in self._releases)
 
 
 def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:
