@@ -49,6 +49,7 @@ class SclaBrain(Brain):
         self._advice_drive = _drives(MOTOR, config.network.advice_drive, config.network.precision)
         self._spikes = self.network.run(0)
         self._thinking_spikes = self._driven_steps = 0
+        self._thinking_counts = self._spikes.counts
 
     def decide(self, percept: Percept) -> Decision:
         """Drive the sensed direction's population, or the motors that the automaton advises; the busiest motor wins."""
@@ -59,7 +60,7 @@ class SclaBrain(Brain):
             advised = self.automata.draw(percept.cell)
             drive = self._advice_drive[advised]
         self._spikes = thought = self.network.run(self._clock.thinking_steps, drive)
-        self._thinking_spikes, self._driven_steps = len(thought.step), 0
+        self._thinking_spikes, self._thinking_counts, self._driven_steps = len(thought.step), thought.counts, 0
         up, down, left, right = thought.counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
         counts = (up, down, left, right)
         return Decision(self._busiest(counts), advised, counts)
@@ -92,6 +93,7 @@ class SclaBrain(Brain):
             steps=self._clock.thinking_steps + self._driven_steps,
             mean_weights=self.network.mean_weights(),
             dopamine=self.network.dopamine,
+            counts=np.array((self._thinking_counts, self._spikes.counts)),
         )
 
     def snapshot(self) -> Snapshot:

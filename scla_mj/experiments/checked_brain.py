@@ -63,7 +63,7 @@ class CheckedBrain(Brain):
                 self._refuse(
                     "activity", f"return {part} as {len(PROJECTIONS)} finite floats, a projection each", values
                 )
-        return activity
+        return activity._replace(counts=None)  # they are counted from the spikes, which have been looked at
 
     def snapshot(self) -> Snapshot:
         """Return the brain's memory, if its files can hold it."""

@@ -39,6 +39,8 @@ class SpikeBlock(NamedTuple):
 
 def count_by_population(activity: Activity) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return every population's spikes in the thinking window and in the whole decision."""
+    if activity.counts is not None:
+        return activity.counts[0], activity.counts[1]
     thinking = _counts(activity.spike_neuron[: activity.thinking_spikes])
     return thinking, thinking + _counts(activity.spike_neuron[activity.thinking_spikes :])
 

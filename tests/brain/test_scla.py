@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from scla_mj.anatomy import PROJECTION_NAMES, PROJECTIONS
+from scla_mj.anatomy import NEURON_COUNT, POPULATIONS, PROJECTION_NAMES, PROJECTIONS
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.config import AutomatonConfig, GridConfig, RunConfig
 from scla_mj.grid import Action, Cell
@@ -157,3 +157,13 @@ def test_a_neural_step_of_half_a_millisecond_learns_too():
     brain, grid = build(config), config.build_grid()
     live(brain, grid, "sensed-start", 150, np.random.default_rng(5))
     assert live(brain, grid, "sensed-start", 50, np.random.default_rng(6)) >= 48
+
+
+def test_the_counts_of_a_decision_are_those_of_its_spikes():
+    brain = build()
+    brain.decide(Percept(Cell(1, 1), None))
+    brain.elapse(0.9)
+    activity = brain.activity()
+    starts = [population.start for population in POPULATIONS] + [NEURON_COUNT]
+    for counted, until in zip(activity.counts, (activity.thinking_spikes, None), strict=True):
+        np.testing.assert_array_equal(counted, np.histogram(activity.spike_neuron[:until], starts)[0])
