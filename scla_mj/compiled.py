@@ -14,9 +14,17 @@ _BORROWING: Final = {"_nrt": False}
 """Arrays belong to the caller: counting references to every view of one would take most of a spike's time."""
 
 
-def leaf_njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return `numba.njit` for a part of a compiled loop, which neither makes an array nor returns one."""
-    decorator: Callable[[Callable[..., Any]], Any] = njit(**_BORROWING, **options)
+_UNWRAPPED: Final = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""A way in from Python takes longer to compile than most of the functions."""
+
+
+def leaf_njit(*, from_python: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Return `numba.njit` for a part of a compiled loop, which neither makes an array nor returns one.
+
+    Unless it is inlined, only `from_python` makes a function that Python can call too.
+    """
+    wrapping = {} if from_python or "inline" in options else _UNWRAPPED
+    decorator: Callable[[Callable[..., Any]], Any] = njit(**_BORROWING, **wrapping, **options)
     return decorator
 
 

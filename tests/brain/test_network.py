@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS
 from scla_mj.brain.network import kernel
+from scla_mj.brain.network.state import Neurons
 from scla_mj.config import NetworkConfig
 from scla_mj.errors import SclaError
 
@@ -139,7 +140,11 @@ def test_the_noise_has_the_configured_deviation_in_every_population():
 
 def _noise_current(network):
     network.state.synaptic[:] = 0.0
-    kernel._gather_current(network.state, network.stretch, network.parameters)
+    parameters = network.parameters
+    neurons = Neurons(*(getattr(network.state, name, network.stretch.drive) for name in Neurons._fields))
+    kernel.gather_current(
+        neurons, parameters.noise_amplitude, parameters.wiring.noise_unit, parameters.excitatory.pulse
+    )
     return network.state.synaptic.copy()
 
 

@@ -1,10 +1,10 @@
 """The compiled step of the network: neurons, then dopamine and eligibility, then spikes.
 
 The order of the work inside one step is fixed and named (docs/model.md):
-1. `_integrate`: the step's current, equations 1 and 2, threshold at the step's end, reset.
-2. `_decay`: STDP traces, dopamine and eligibility; weights gather eligibility times dopamine.
-3. `_sensory_spike` for each: deliver weights to the next step, depress eligibility, raise the presynaptic trace.
-4. `_motor_spike` for each: potentiate eligibility, raise the postsynaptic trace.
+1. `gather_current`, `integrate`: the step's current, equations 1 and 2, threshold at the step's end, reset.
+2. `decay`: STDP traces, dopamine and eligibility; weights gather eligibility times dopamine.
+3. `sensory_spike` for each: deliver weights to the next step, depress eligibility, raise the presynaptic trace.
+4. `motor_spike` for each: potentiate eligibility, raise the postsynaptic trace.
 5. `_inhibit`: the fixed wiring, alike for whole populations.
 
 Synapses are kept lazily, and looked at when their sensory neuron fires or dopamine is released: see synapses.py. The
@@ -22,7 +22,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from scla_mj.brain.network import rows, synapses
 from scla_mj.brain.network.parameters import NeuronConstants, Parameters, PlasticityConstants, Rates, Wiring
 from scla_mj.brain.network.rows import BLOCK
-from scla_mj.brain.network.state import NetworkState, Stretch
+from scla_mj.brain.network.state import NetworkState, Neurons, Stretch, Synapses, neurons_of, synapses_of
 from scla_mj.brain.network.synapses import (
     CONNECTIONS,
     OUT_OF_SENSOR,
@@ -60,13 +60,12 @@ def next_noise(low: Any, high: Any, i: int) -> Any:
 
 
 @leaf_njit(inline="always")
-def _gather_current(state: NetworkState, stretch: Stretch, parameters: Parameters) -> None:
+def gather_current(neurons: Neurons, amplitude: Any, unit: Any, pulse: Any) -> None:
     """Add up this step's current: drive, the last step's spikes, noise."""
-    real = state.synaptic.dtype.type
-    pulse, unit, amplitude = parameters.excitatory.pulse, parameters.wiring.noise_unit, parameters.noise_amplitude
-    for i in range(state.synaptic.shape[0]):
-        bits = next_noise(state.noise_low, state.noise_high, i)
-        state.synaptic[i] = stretch.drive[i] + pulse * state.synaptic[i] + amplitude[i] * (unit * real(bits))
+    real = neurons.synaptic.dtype.type
+    for i in range(neurons.synaptic.shape[0]):
+        bits = next_noise(neurons.noise_low, neurons.noise_high, i)
+        neurons.synaptic[i] = neurons.drive[i] + pulse * neurons.synaptic[i] + amplitude[i] * (unit * real(bits))
 
 
 @leaf_njit(inline="always")
@@ -84,31 +83,31 @@ def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) ->
 
 
 @leaf_njit(inline="always")
-def _integrate(state: NetworkState, stretch: Stretch, parameters: Parameters) -> None:
-    _gather_current(state, stretch, parameters)
-    v, u, current, fired = state.v, state.u, state.synaptic, state.fired
+def integrate(neurons: Neurons, excitatory: NeuronConstants, inhibitory: NeuronConstants, split: int) -> None:
+    """Equations 1 and 2 for all neurons, of which the first `split` are excitatory; leave no current behind."""
+    v, u, current, fired = neurons.v, neurons.u, neurons.synaptic, neurons.fired
     # Slices that start at 0, because a loop from a start of unknown sign is not vectorised.
-    split = state.trace.shape[0]
-    _advance(v[:split], u[:split], current[:split], fired[:split], parameters.excitatory)
-    _advance(v[split:], u[split:], current[split:], fired[split:], parameters.inhibitory)
+    _advance(v[:split], u[:split], current[:split], fired[:split], excitatory)
+    _advance(v[split:], u[split:], current[split:], fired[split:], inhibitory)
+    zero = current.dtype.type(0)
     for i in range(current.shape[0]):
-        current[i] = parameters.plasticity.zero
+        current[i] = zero
 
 
 @leaf_njit(inline="always")
-def _decay(state: NetworkState, stretch: Stretch, parameters: Parameters, step: int) -> None:
-    p, r = parameters.plasticity, parameters.rates
-    for i in range(state.trace.shape[0]):
-        state.trace[i] *= p.trace_decay
+def decay(s: Synapses, p: PlasticityConstants, rates: Rates, step: int) -> None:
+    """Let STDP traces, eligibility and dopamine decay; weights gather eligibility times dopamine."""
+    for i in range(s.trace.shape[0]):
+        s.trace[i] *= p.trace_decay
     for side in range(SIDES):
-        state.decayed[side] *= r.eligibility_decay
-    for k in range(state.dopamine.shape[0]):
-        if state.dopamine[k] != 0.0:
-            dopamine = state.dopamine[k] * r.dopamine_decay
-            state.dopamine[k] = dopamine if abs(dopamine) >= p.floor else 0.0
-            state.gathered[k] += r.learning_rate * state.dopamine[k] * state.decayed[SENSOR_OF[k]]
-            state.dosed[k] += 1
-        stretch.course[k, step] = state.gathered[k] - stretch.opening[k]
+        s.decayed[side] *= rates.eligibility_decay
+    for k in range(s.dopamine.shape[0]):
+        if s.dopamine[k] != 0.0:
+            dopamine = s.dopamine[k] * rates.dopamine_decay
+            s.dopamine[k] = dopamine if abs(dopamine) >= p.floor else 0.0
+            s.gathered[k] += rates.learning_rate * s.dopamine[k] * s.decayed[SENSOR_OF[k]]
+            s.dosed[k] += 1
+        s.course[k, step] = s.gathered[k] - s.opening[k]
 
 
 @leaf_njit(inline="always")
@@ -119,41 +118,45 @@ def _add_current(synaptic: Any, population_start: Any, population: int, current:
 
 
 @leaf_njit(inline="always")
-def _inhibit(synaptic: Any, counts: Any, parameters: Parameters) -> None:
+def _inhibit(synaptic: Any, counts: Any, starts: Any, wiring: Wiring) -> None:
     """Motor populations excite their own inhibitory population, which inhibits the three other motor populations."""
     real = synaptic.dtype.type
-    starts = parameters.population_start
     inhibition = 0
     for side in range(SIDES):
         inhibition += counts[2 * SIDES + side]
     for side in range(SIDES):
         others = inhibition - counts[2 * SIDES + side]
         if others:
-            _add_current(synaptic, starts, SIDES + side, parameters.wiring.inhibitory_to_motor * real(others))
+            _add_current(synaptic, starts, SIDES + side, wiring.inhibitory_to_motor * real(others))
         own = counts[SIDES + side]
         if own:
-            _add_current(synaptic, starts, 2 * SIDES + side, parameters.wiring.motor_to_inhibitory * real(own))
+            _add_current(synaptic, starts, 2 * SIDES + side, wiring.motor_to_inhibitory * real(own))
 
 
 @leaf_njit(inline="always")
 def _route_spikes(
-    state: NetworkState, stretch: Stretch, parameters: Parameters, neurons: Any, counts: Any, step: int
+    s: Synapses,
+    synaptic: Any,
+    p: PlasticityConstants,
+    fading: Any,
+    neurons: Any,
+    of: Any,
+    starts: Any,
+    step: int,
+    step_counts: Any,
 ) -> None:
-    """Pass on this step's spikes, `neurons` in ascending order, and add them to the (12,) `counts`."""
-    for population in range(counts.shape[0]):
-        state.step_counts[population] = 0
+    """Pass on this step's spikes, `neurons` in ascending order, and count them by population."""
+    for population in range(step_counts.shape[0]):
+        step_counts[population] = 0
     for spike in range(neurons.shape[0]):
         neuron = neurons[spike]
-        population = parameters.population_of[neuron]
-        state.step_counts[population] += 1
-        row = neuron - parameters.population_start[population]
+        population = of[neuron]
+        step_counts[population] += 1
+        row = neuron - starts[population]
         if population < SIDES:
-            sensory_spike(state, stretch, parameters, population, row, step)
+            sensory_spike(s, synaptic, p, fading, population, row, step)
         elif population < 2 * SIDES:
-            motor_spike(state, stretch, parameters, population - SIDES, row, step)
-    _inhibit(state.synaptic, state.step_counts, parameters)
-    for population in range(counts.shape[0]):
-        counts[population] += state.step_counts[population]
+            motor_spike(s, fading, population - SIDES, row, step)
 
 
 @leaf_njit(inline="always")
@@ -181,7 +184,7 @@ def _is_finite(values: Any) -> bool:
 
 
 @leaf_njit(inline="always")
-def _unpacked(packed: Any) -> Parameters:
+def unpacked(packed: Any) -> Parameters:
     """Return the parameters with names for their numbers; see `Parameters.packed`."""
     groups = Parameters(*packed)
     return Parameters(
@@ -199,15 +202,15 @@ def _unpacked(packed: Any) -> Parameters:
 
 
 @leaf_njit(inline="always")
-def _release(state: NetworkState, parameters: Parameters, released: Any) -> None:
+def _release(s: Synapses, p: PlasticityConstants, released: Any) -> None:
     """Add to the dopamine concentrations; a sensor's synapses are settled first, since they count on its sign."""
     for side in range(SIDES):
         for connection in range(CONNECTIONS):
             if released[OUT_OF_SENSOR[side, connection]] != 0.0:
-                settle(state, parameters.plasticity, side)
+                settle(s, p, side)
                 break
     for k in range(released.shape[0]):
-        state.dopamine[k] += released[k]
+        s.dopamine[k] += released[k]
 
 
 @cached_njit(rows, synapses, nogil=True)
@@ -221,22 +224,31 @@ def run(
     `memory_of` returns. Returns the number of spikes, or `NOT_FINITE` where a membrane potential no longer is.
     """
     state, stretch = NetworkState(*memory[:_STATE]), Stretch(*memory[_STATE:_CHANGING])
-    parameters = _unpacked(memory[_CHANGING:])
-    _release(state, parameters, released)
+    parameters = unpacked(memory[_CHANGING:])
+    neurons, s = neurons_of(state, stretch), synapses_of(state, stretch)
+    p, wiring, fading, starts = parameters.plasticity, parameters.wiring, parameters.fading, parameters.population_start
+    _release(s, p, released)
     total = done = 0
     while done < steps:
         length = min(parameters.stretch_steps, steps - done)
         start = first_step + done - 1
-        open_stretch(state, stretch, parameters)
+        open_stretch(s, p, parameters.rates)
         for step in range(1, length + 1):
-            _integrate(state, stretch, parameters)
-            _decay(state, stretch, parameters, step)
+            gather_current(neurons, parameters.noise_amplitude, wiring.noise_unit, parameters.excitatory.pulse)
+            integrate(neurons, parameters.excitatory, parameters.inhibitory, s.trace.shape[0])
+            decay(s, p, parameters.rates, step)
             count = _list_spikes(state.fired, state.fired_octets, spike_neuron[total:])
             for spike in range(total, total + count):
                 spike_step[spike] = start + step
-            _route_spikes(state, stretch, parameters, spike_neuron[total : total + count], counts, step)
+            spiked = spike_neuron[total : total + count]
+            _route_spikes(
+                s, state.synaptic, p, fading, spiked, parameters.population_of, starts, step, state.step_counts
+            )
+            _inhibit(state.synaptic, state.step_counts, starts, wiring)
+            for population in range(counts.shape[0]):
+                counts[population] += state.step_counts[population]
             total += count
-        close_stretch(state, stretch, parameters, length)
+        close_stretch(s, p, fading, length)
         done += length
     return total if _is_finite(state.v) and _is_finite(state.u) else NOT_FINITE
 

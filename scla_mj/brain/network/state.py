@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, SENSORY, populations_of
 from scla_mj.brain.network.memory import placed
 from scla_mj.brain.network.parameters import REGULAR_SPIKING, STRETCH_STEPS
+from scla_mj.compiled import leaf_njit
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig
@@ -69,6 +70,72 @@ class Stretch(NamedTuple):
     course: NDArray[np.float64]
     doubts: NDArray[np.uint8]
     replayed: NDArray[Any]
+
+
+class Neurons(NamedTuple):
+    """What the loops over neurons take of the state and the stretch: a compiler takes its time over large tuples."""
+
+    v: NDArray[Any]
+    u: NDArray[Any]
+    synaptic: NDArray[Any]
+    noise_low: NDArray[np.uint32]
+    noise_high: NDArray[np.uint32]
+    fired: NDArray[np.uint8]
+    drive: NDArray[Any]
+
+
+class Synapses(NamedTuple):
+    """What synapses.py takes of the state and the stretch."""
+
+    trace: NDArray[Any]
+    dopamine: NDArray[np.float64]
+    weight: NDArray[Any]
+    scaled: NDArray[Any]
+    decayed: NDArray[np.float64]
+    gathered: NDArray[np.float64]
+    gathered_at: NDArray[np.float64]
+    dosed: NDArray[np.int64]
+    reach: NDArray[Any]
+    since: NDArray[np.int64]
+    post: NDArray[Any]
+    post_gathered: NDArray[Any]
+    next_spike: NDArray[np.uint8]
+    last_spike: NDArray[np.uint8]
+    opening: NDArray[np.float64]
+    course: NDArray[np.float64]
+    doubts: NDArray[np.uint8]
+    replayed: NDArray[Any]
+
+
+@leaf_njit(inline="always")
+def neurons_of(state: NetworkState, stretch: Stretch) -> Neurons:
+    """Return the neurons of a network."""
+    return Neurons(state.v, state.u, state.synaptic, state.noise_low, state.noise_high, state.fired, stretch.drive)
+
+
+@leaf_njit(inline="always")
+def synapses_of(state: NetworkState, stretch: Stretch) -> Synapses:
+    """Return the synapses of a network."""
+    return Synapses(
+        state.trace,
+        state.dopamine,
+        state.weight,
+        state.scaled,
+        state.decayed,
+        state.gathered,
+        state.gathered_at,
+        state.dosed,
+        stretch.reach,
+        stretch.since,
+        stretch.post,
+        stretch.post_gathered,
+        stretch.next_spike,
+        stretch.last_spike,
+        stretch.opening,
+        stretch.course,
+        stretch.doubts,
+        stretch.replayed,
+    )
 
 
 def initial_state(

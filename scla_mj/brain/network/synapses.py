@@ -30,7 +30,7 @@ from typing import Any, Final
 import numpy as np
 
 from scla_mj.anatomy import PROJECTIONS
-from scla_mj.brain.network.parameters import Parameters, PlasticityConstants
+from scla_mj.brain.network.parameters import PlasticityConstants, Rates
 from scla_mj.brain.network.rows import (
     BLOCK,
     bring_on,
@@ -42,7 +42,7 @@ from scla_mj.brain.network.rows import (
     potentiate,
     settle_row,
 )
-from scla_mj.brain.network.state import NetworkState, Stretch
+from scla_mj.brain.network.state import Synapses
 from scla_mj.compiled import leaf_njit
 from scla_mj.grid import Action
 
@@ -55,160 +55,157 @@ OUT_OF_SENSOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.sens
 INTO_MOTOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.motor == side] for side in Action])
 
 
-@leaf_njit(inline="always")
-def open_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters) -> None:
+@leaf_njit()
+def open_stretch(s: Synapses, p: PlasticityConstants, rates: Rates) -> None:
     """Begin a stretch: no motor neuron has fired in it, and every sensory neuron's trace reaches as far as it does."""
-    p = parameters.plasticity
-    real = state.weight.dtype.type
-    size = state.weight.shape[1]
+    real = s.weight.dtype.type
+    size = s.weight.shape[1]
     for side in range(SIDES):
-        _keep_in_range(state, parameters, side)
-        scale = p.potentiation / real(state.decayed[side])
+        _keep_in_range(s, p, rates, side)
+        scale = p.potentiation / real(s.decayed[side])
         for neuron in range(side * size, (side + 1) * size):
-            stretch.reach[neuron] = scale * state.trace[neuron]
-            stretch.since[neuron] = 0
-            stretch.post[neuron] = p.zero
-            stretch.last_spike[neuron] = stretch.next_spike[0, neuron] = 0
-    for k in range(state.gathered.shape[0]):
-        stretch.opening[k] = state.gathered[k]
-        stretch.course[k, 0] = 0.0
-        fill(stretch.post_gathered[k], p.zero)
+            s.reach[neuron] = scale * s.trace[neuron]
+            s.since[neuron] = 0
+            s.post[neuron] = p.zero
+            s.last_spike[neuron] = s.next_spike[0, neuron] = 0
+    for k in range(s.gathered.shape[0]):
+        s.opening[k] = s.gathered[k]
+        s.course[k, 0] = 0.0
+        fill(s.post_gathered[k], p.zero)
 
 
 @leaf_njit(inline="always")
-def _keep_in_range(state: NetworkState, parameters: Parameters, side: int) -> None:
+def _keep_in_range(s: Synapses, p: PlasticityConstants, rates: Rates, side: int) -> None:
     """Settle a sensor before E is too small: beside it G would lose the digits that new spikes still need."""
-    rates = parameters.rates
     dosed = False
     for connection in range(CONNECTIONS):
-        dosed |= state.dopamine[OUT_OF_SENSOR[side, connection]] != 0.0
-    if state.decayed[side] < (rates.least_decayed_dosed if dosed else rates.least_decayed):
-        settle(state, parameters.plasticity, side)
+        dosed |= s.dopamine[OUT_OF_SENSOR[side, connection]] != 0.0
+    if s.decayed[side] < (rates.least_decayed_dosed if dosed else rates.least_decayed):
+        settle(s, p, side)
 
 
-@leaf_njit(inline="always")
-def close_stretch(state: NetworkState, stretch: Stretch, parameters: Parameters, step: int) -> None:
+@leaf_njit()
+def close_stretch(s: Synapses, p: PlasticityConstants, fading: Any, step: int) -> None:
     """End a stretch of `step` steps: give every sensory neuron with a trace what it missed; drop traces that faded."""
-    p = parameters.plasticity
-    size = state.weight.shape[1]
+    size = s.weight.shape[1]
     for neuron in range(SIDES * size):
-        if state.trace[neuron] > p.zero:
+        if s.trace[neuron] > p.zero:
             side = neuron // size
             for connection in range(CONNECTIONS):
-                catch_up(state, stretch, parameters, OUT_OF_SENSOR[side, connection], neuron, step)
-    for neuron in range(state.trace.shape[0]):
-        if state.trace[neuron] < p.trace_floor:
-            state.trace[neuron] = p.zero
+                k = OUT_OF_SENSOR[side, connection]
+                if _is_still(s, k, neuron % size):
+                    motor = MOTOR_OF[k] * size + neuron % size // BLOCK * BLOCK
+                    potentiate(s.scaled[k, neuron % size], s.reach[neuron], s.post[motor : motor + BLOCK])
+                else:
+                    catch_up(s, p, fading, k, neuron, step)
+    for neuron in range(s.trace.shape[0]):
+        if s.trace[neuron] < p.trace_floor:
+            s.trace[neuron] = p.zero
 
 
 @leaf_njit(inline="always")
 def sensory_spike(
-    state: NetworkState, stretch: Stretch, parameters: Parameters, side: int, row: int, step: int
+    s: Synapses, synaptic: Any, p: PlasticityConstants, fading: Any, side: int, row: int, step: int
 ) -> None:
     """Deliver a sensory neuron's weights, depress their eligibility by the postsynaptic traces, raise its trace."""
-    p, real = parameters.plasticity, state.weight.dtype.type
-    size = state.weight.shape[1]
+    real = s.weight.dtype.type
+    size = s.weight.shape[1]
     neuron, first = side * size + row, row // BLOCK * BLOCK
-    decayed = real(state.decayed[side])
-    depression, raised = p.depression / decayed, p.potentiation / (parameters.fading[step] * decayed)
-    reach = stretch.reach[neuron] + raised
+    decayed = real(s.decayed[side])
+    depression, raised = p.depression / decayed, p.potentiation / (fading[step] * decayed)
+    reach = s.reach[neuron] + raised
     for connection in range(CONNECTIONS):
         k = OUT_OF_SENSOR[side, connection]
         motor = MOTOR_OF[k] * size + first
-        post = stretch.post[motor : motor + BLOCK]
+        post = s.post[motor : motor + BLOCK]
         motor += SIDES * size
-        weight, scaled = state.weight[k, row], state.scaled[k, row]
-        trace = state.trace[motor : motor + BLOCK]
-        if _is_still(state, stretch, k, row):
-            deliver(state.synaptic[motor : motor + BLOCK], weight)
+        weight, scaled = s.weight[k, row], s.scaled[k, row]
+        trace = s.trace[motor : motor + BLOCK]
+        if _is_still(s, k, row):
+            deliver(synaptic[motor : motor + BLOCK], weight)
             depress(scaled, depression, trace, raised, post)
             continue
-        catch_up(state, stretch, parameters, k, neuron, step)
-        deliver(state.synaptic[motor : motor + BLOCK], weight)
+        catch_up(s, p, fading, k, neuron, step)
+        deliver(synaptic[motor : motor + BLOCK], weight)
         depress(scaled, depression, trace, reach, post)
-        since = real(state.gathered[k] - stretch.opening[k])
-        hold_back(weight, reach, since, post, stretch.post_gathered[k, first : first + BLOCK])
-    stretch.reach[neuron] = reach
-    stretch.since[neuron] = step
-    state.trace[neuron] += 1
+        since = real(s.gathered[k] - s.opening[k])
+        hold_back(weight, reach, since, post, s.post_gathered[k, first : first + BLOCK])
+    s.reach[neuron] = reach
+    s.since[neuron] = step
+    s.trace[neuron] += 1
 
 
 @leaf_njit(inline="always")
-def motor_spike(state: NetworkState, stretch: Stretch, parameters: Parameters, side: int, row: int, step: int) -> None:
+def motor_spike(s: Synapses, fading: Any, side: int, row: int, step: int) -> None:
     """Add a motor neuron's spike to what sensory neurons will take from it, and raise its trace."""
-    real = state.weight.dtype.type
-    size = state.weight.shape[1]
-    fading = parameters.fading[step]
+    real = s.weight.dtype.type
+    size = s.weight.shape[1]
+    left = fading[step]
     motor = side * size + row
-    stretch.post[motor] += fading
-    stretch.next_spike[stretch.last_spike[motor], motor] = step
-    stretch.next_spike[step, motor] = 0
-    stretch.last_spike[motor] = step
+    s.post[motor] += left
+    s.next_spike[s.last_spike[motor], motor] = step
+    s.next_spike[step, motor] = 0
+    s.last_spike[motor] = step
     for connection in range(CONNECTIONS):
         k = INTO_MOTOR[side, connection]
-        stretch.post_gathered[k, row] += fading * real(state.gathered[k] - stretch.opening[k])
-    state.trace[SIDES * size + motor] += 1
+        s.post_gathered[k, row] += left * real(s.gathered[k] - s.opening[k])
+    s.trace[SIDES * size + motor] += 1
 
 
 @leaf_njit(inline="always")
-def _is_still(state: NetworkState, stretch: Stretch, k: int, row: int) -> bool:
-    """Tell whether a neuron's weights have stood since it was last looked at, and in this whole stretch."""
-    gathered = state.gathered[k]
-    return bool(gathered == state.gathered_at[k, row] and gathered == stretch.opening[k])
+def _is_still(s: Synapses, k: int, row: int) -> bool:
+    """Tell whether a neuron's weights have stood since it was last looked at, and in this whole s."""
+    gathered = s.gathered[k]
+    return bool(gathered == s.gathered_at[k, row] and gathered == s.opening[k])
 
 
 @leaf_njit(inline="always")
-def catch_up(state: NetworkState, stretch: Stretch, parameters: Parameters, k: int, neuron: int, step: int) -> None:
+def catch_up(s: Synapses, p: PlasticityConstants, fading: Any, k: int, neuron: int, step: int) -> None:
     """Make what is stored of a sensory neuron's synapses in a projection the Z and w of now, as if its reach were 0."""
-    p, real = parameters.plasticity, state.weight.dtype.type
-    size = state.weight.shape[1]
+    real = s.weight.dtype.type
+    size = s.weight.shape[1]
     row = neuron % size
     first = row // BLOCK * BLOCK
-    reach = stretch.reach[neuron]
+    reach = s.reach[neuron]
     motor = MOTOR_OF[k] * size + first
-    post = stretch.post[motor : motor + BLOCK]
-    weight, scaled = state.weight[k, row], state.scaled[k, row]
-    if _is_still(state, stretch, k, row):
-        potentiate(scaled, reach, post)
-        return
-    post_gathered = stretch.post_gathered[k, first : first + BLOCK]
-    moved = real(state.gathered[k] - state.gathered_at[k, row])
-    since = real(state.gathered[k] - stretch.opening[k])
-    doubtful = might_stick(weight, scaled, post, post_gathered, reach, moved, since, p, stretch.doubts)
+    post = s.post[motor : motor + BLOCK]
+    weight, scaled = s.weight[k, row], s.scaled[k, row]
+    post_gathered = s.post_gathered[k, first : first + BLOCK]
+    moved = real(s.gathered[k] - s.gathered_at[k, row])
+    since = real(s.gathered[k] - s.opening[k])
+    doubtful = might_stick(weight, scaled, post, post_gathered, reach, moved, since, p, s.doubts)
     if doubtful:
-        _replay_doubts(state, stretch, parameters, k, neuron, step)
+        _replay_doubts(s, p, fading, k, neuron, step)
     bring_on(weight, scaled, post, post_gathered, reach, moved, since, p)
     if doubtful:
-        _put_replayed(weight, scaled, stretch.doubts, stretch.replayed)
-    state.gathered_at[k, row] = state.gathered[k]
+        _put_replayed(weight, scaled, s.doubts, s.replayed)
+    s.gathered_at[k, row] = s.gathered[k]
 
 
 @leaf_njit()
-def _replay_doubts(
-    state: NetworkState, stretch: Stretch, parameters: Parameters, k: int, neuron: int, step: int
-) -> None:
+def _replay_doubts(s: Synapses, p: PlasticityConstants, fading: Any, k: int, neuron: int, step: int) -> None:
     """Catch each doubtful synapse of a row up motor spike by motor spike, clipped after each, into `replayed`."""
-    size = state.weight.shape[1]
+    size = s.weight.shape[1]
     row = neuron % size
     motor = MOTOR_OF[k] * size + row // BLOCK * BLOCK
-    reach, since = float(stretch.reach[neuron]), stretch.since[neuron]
-    began, weight_max = state.gathered_at[k, row] - stretch.opening[k], float(parameters.plasticity.weight_max)
+    reach, since = float(s.reach[neuron]), s.since[neuron]
+    began, weight_max = s.gathered_at[k, row] - s.opening[k], float(p.weight_max)
     for j in range(BLOCK):
-        if not stretch.doubts[j]:
+        if not s.doubts[j]:
             continue
-        z, w, gathered = float(state.scaled[k, row, j]), float(state.weight[k, row, j]), began
-        at = stretch.next_spike[0, motor + j]
+        z, w, gathered = float(s.scaled[k, row, j]), float(s.weight[k, row, j]), began
+        at = s.next_spike[0, motor + j]
         while at:
-            gain, then = reach * float(parameters.fading[at]), stretch.course[k, at]
+            gain, then = reach * float(fading[at]), s.course[k, at]
             if at < since:  # what was stored is less than it was by this
                 w += gain * (gathered - then)
             else:
                 w = min(max(w + z * (then - gathered), 0.0), weight_max)
                 gathered = then
             z += gain
-            at = stretch.next_spike[at, motor + j]
-        stretch.replayed[0, j] = min(max(w + z * (stretch.course[k, step] - gathered), 0.0), weight_max)
-        stretch.replayed[1, j] = z
+            at = s.next_spike[at, motor + j]
+        s.replayed[0, j] = min(max(w + z * (s.course[k, step] - gathered), 0.0), weight_max)
+        s.replayed[1, j] = z
 
 
 @leaf_njit()
@@ -219,14 +216,14 @@ def _put_replayed(weight: Any, scaled: Any, doubts: Any, replayed: Any) -> None:
 
 
 @leaf_njit()
-def settle(state: NetworkState, p: PlasticityConstants, side: int) -> None:
+def settle(s: Synapses, p: PlasticityConstants, side: int) -> None:
     """Between two stretches, make `scaled` a sensor's eligibility c, and `weight` its weights: E is 1 and G is 0."""
-    real = state.weight.dtype.type
+    real = s.weight.dtype.type
     for connection in range(CONNECTIONS):
         k = OUT_OF_SENSOR[side, connection]
-        for row in range(state.weight.shape[1]):
-            moved = real(state.gathered[k] - state.gathered_at[k, row])
-            settle_row(state.weight[k, row], state.scaled[k, row], moved, real(state.decayed[side]), p)
-            state.gathered_at[k, row] = 0.0
-        state.gathered[k] = 0.0
-    state.decayed[side] = 1.0
+        for row in range(s.weight.shape[1]):
+            moved = real(s.gathered[k] - s.gathered_at[k, row])
+            settle_row(s.weight[k, row], s.scaled[k, row], moved, real(s.decayed[side]), p)
+            s.gathered_at[k, row] = 0.0
+        s.gathered[k] = 0.0
+    s.decayed[side] = 1.0

@@ -9,7 +9,7 @@ import numpy as np
 from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
 from scla_mj.brain.network import kernel, synapses
 from scla_mj.brain.network.network import Network
-from scla_mj.brain.network.state import NetworkState, settled_in
+from scla_mj.brain.network.state import NetworkState, neurons_of, settled_in, synapses_of
 from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
 from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
@@ -153,7 +153,7 @@ def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
         kernel.run(released, CHUNK_MS, 0, spike_step, spike_neuron, counts, *network.memory)
 
 
-@leaf_njit()
+@leaf_njit(from_python=True)
 def bare_neurons(state: Any, excitatory: Any, inhibitory: Any, amplitude: Any, steps: int) -> None:
     """Equations 1 and 2 and nothing else: each neuron's noise and its update in one pass, no input, no synapses."""
     split = state.trace.shape[0]
@@ -180,36 +180,41 @@ def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any)
         u[i] = ui + cell.reset_u if over else ui
 
 
-@leaf_njit()
+@leaf_njit(from_python=True)
 def _repeat_integrate(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
+    neurons, noise, cell = neurons_of(state, stretch), parameters.noise_amplitude, parameters.excitatory
     for _ in range(calls):
-        kernel._integrate(state, stretch, parameters)
+        kernel.gather_current(neurons, noise, parameters.wiring.noise_unit, cell.pulse)
+        kernel.integrate(neurons, cell, parameters.inhibitory, state.trace.shape[0])
 
 
-@leaf_njit()
+@leaf_njit(from_python=True)
 def _repeat_decay(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
     for _ in range(calls):
-        kernel._decay(state, stretch, parameters, 1)
+        kernel.decay(synapses_of(state, stretch), parameters.plasticity, parameters.rates, 1)
 
 
-@leaf_njit()
+@leaf_njit(from_python=True)
 def _repeat_stretch(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
+    s, p = synapses_of(state, stretch), parameters.plasticity
     for _ in range(calls):
-        synapses.open_stretch(state, stretch, parameters)
-        synapses.close_stretch(state, stretch, parameters, CHUNK_MS)
+        synapses.open_stretch(s, p, parameters.rates)
+        synapses.close_stretch(s, p, parameters.fading, CHUNK_MS)
 
 
-@leaf_njit()
+@leaf_njit(from_python=True)
 def _repeat_sensory(state: Any, stretch: Any, parameters: Any, gain: float, calls: int) -> None:
-    synapses.open_stretch(state, stretch, parameters)
+    s, p = synapses_of(state, stretch), parameters.plasticity
+    synapses.open_stretch(s, p, parameters.rates)
     for call in range(calls):
-        for k in range(state.gathered.shape[0]):
-            state.gathered[k] += gain
-        side, row = call % len(SENSORY), call * 7 % state.weight.shape[1]  # not one row after another, as spikes come
-        synapses.sensory_spike(state, stretch, parameters, side, row, 1)
+        for k in range(s.gathered.shape[0]):
+            s.gathered[k] += gain
+        side, row = call % len(SENSORY), call * 7 % s.weight.shape[1]  # not one row after another, as spikes come
+        synapses.sensory_spike(s, state.synaptic, p, parameters.fading, side, row, 1)
 
 
-@leaf_njit()
+@leaf_njit(from_python=True)
 def _repeat_motor(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
+    s = synapses_of(state, stretch)
     for call in range(calls):
-        synapses.motor_spike(state, stretch, parameters, call % len(MOTOR), call * 7 % state.weight.shape[1], 1)
+        synapses.motor_spike(s, parameters.fading, call % len(MOTOR), call * 7 % s.weight.shape[1], 1)

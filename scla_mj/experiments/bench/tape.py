@@ -157,7 +157,7 @@ def replay_physics(world: World, tape: Tape, steps_a_period: int) -> None:
             _step_through(world.model._address, world.data._address, world.data.ctrl, attempt.commands, steps_a_period)
 
 
-@leaf_njit(nogil=True)
+@leaf_njit(from_python=True, nogil=True)
 def _step_through(model: int, data: int, ctrl: Any, commands: Any, steps: int) -> None:
     for period in range(commands.shape[0]):
         ctrl[0], ctrl[1] = commands[period, 0], commands[period, 1]
