@@ -207,7 +207,7 @@ def _release(s: Synapses, p: PlasticityConstants, released: Any) -> None:
     for side in range(SIDES):
         for connection in range(CONNECTIONS):
             if released[OUT_OF_SENSOR[side, connection]] != 0.0:
-                settle(s, p, side)
+                settle(s.weight, s.scaled, s.decayed, s.gathered, s.gathered_at, p, side)
                 break
     for k in range(released.shape[0]):
         s.dopamine[k] += released[k]
