@@ -81,7 +81,7 @@ def _keep_in_range(s: Synapses, p: PlasticityConstants, rates: Rates, side: int)
     for connection in range(CONNECTIONS):
         dosed |= s.dopamine[OUT_OF_SENSOR[side, connection]] != 0.0
     if s.decayed[side] < (rates.least_decayed_dosed if dosed else rates.least_decayed):
-        settle(s, p, side)
+        settle(s.weight, s.scaled, s.decayed, s.gathered, s.gathered_at, p, side)
 
 
 @leaf_njit()
@@ -93,7 +93,7 @@ def close_stretch(s: Synapses, p: PlasticityConstants, fading: Any, step: int) -
             side = neuron // size
             for connection in range(CONNECTIONS):
                 k = OUT_OF_SENSOR[side, connection]
-                if _is_still(s, k, neuron % size):
+                if _is_still(s.gathered[k], s.gathered_at[k, neuron % size], s.opening[k]):
                     motor = MOTOR_OF[k] * size + neuron % size // BLOCK * BLOCK
                     potentiate(s.scaled[k, neuron % size], s.reach[neuron], s.post[motor : motor + BLOCK])
                 else:
@@ -121,7 +121,7 @@ def sensory_spike(
         motor += SIDES * size
         weight, scaled = s.weight[k, row], s.scaled[k, row]
         trace = s.trace[motor : motor + BLOCK]
-        if _is_still(s, k, row):
+        if _is_still(s.gathered[k], s.gathered_at[k, row], s.opening[k]):
             deliver(synaptic[motor : motor + BLOCK], weight)
             depress(scaled, depression, trace, raised, post)
             continue
@@ -153,10 +153,9 @@ def motor_spike(s: Synapses, fading: Any, side: int, row: int, step: int) -> Non
 
 
 @leaf_njit(inline="always")
-def _is_still(s: Synapses, k: int, row: int) -> bool:
-    """Tell whether a neuron's weights have stood since it was last looked at, and in this whole s."""
-    gathered = s.gathered[k]
-    return bool(gathered == s.gathered_at[k, row] and gathered == s.opening[k])
+def _is_still(gathered: float, gathered_at: float, opening: float) -> bool:
+    """Tell whether a neuron's weights have stood since it was last looked at, and in this whole stretch."""
+    return gathered == gathered_at and gathered == opening
 
 
 @leaf_njit(inline="always")
@@ -216,14 +215,16 @@ def _put_replayed(weight: Any, scaled: Any, doubts: Any, replayed: Any) -> None:
 
 
 @leaf_njit()
-def settle(s: Synapses, p: PlasticityConstants, side: int) -> None:
+def settle(
+    weight: Any, scaled: Any, decayed: Any, gathered: Any, gathered_at: Any, p: PlasticityConstants, side: int
+) -> None:
     """Between two stretches, make `scaled` a sensor's eligibility c, and `weight` its weights: E is 1 and G is 0."""
-    real = s.weight.dtype.type
+    real = weight.dtype.type
     for connection in range(CONNECTIONS):
         k = OUT_OF_SENSOR[side, connection]
-        for row in range(s.weight.shape[1]):
-            moved = real(s.gathered[k] - s.gathered_at[k, row])
-            settle_row(s.weight[k, row], s.scaled[k, row], moved, real(s.decayed[side]), p)
-            s.gathered_at[k, row] = 0.0
-        s.gathered[k] = 0.0
-    s.decayed[side] = 1.0
+        for row in range(weight.shape[1]):
+            moved = real(gathered[k] - gathered_at[k, row])
+            settle_row(weight[k, row], scaled[k, row], moved, real(decayed[side]), p)
+            gathered_at[k, row] = 0.0
+        gathered[k] = 0.0
+    decayed[side] = 1.0
