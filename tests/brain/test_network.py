@@ -10,7 +10,7 @@ from network_pair import PLASTICITY, QUIET, build, oracle_and_network, run_both
 from scipy.integrate import solve_ivp
 
 from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS
-from scla_mj.brain.network import kernel
+from scla_mj.brain.network import neurons
 from scla_mj.brain.network.state import Neurons
 from scla_mj.config import NetworkConfig
 from scla_mj.errors import SclaError
@@ -124,7 +124,7 @@ def xoroshiro64star(s0, s1, count):
 
 def test_the_noise_is_the_published_generator():
     low, high = np.array([0x12345678, 1], np.uint32), np.array([0x9ABCDEF0, 0], np.uint32)
-    found = [int(kernel.next_noise(low, high, 0)) % 2**32 for _ in range(1000)]
+    found = [int(neurons.next_noise(low, high, 0)) % 2**32 for _ in range(1000)]
     assert found == xoroshiro64star(0x12345678, 0x9ABCDEF0, 1000)
 
 
@@ -141,10 +141,8 @@ def test_the_noise_has_the_configured_deviation_in_every_population():
 def _noise_current(network):
     network.state.synaptic[:] = 0.0
     parameters = network.parameters
-    neurons = Neurons(*(getattr(network.state, name, network.stretch.drive) for name in Neurons._fields))
-    kernel.gather_current(
-        neurons, parameters.noise_amplitude, parameters.wiring.noise_unit, parameters.excitatory.pulse
-    )
+    cells = Neurons(*(getattr(network.state, name, network.stretch.drive) for name in Neurons._fields))
+    neurons.gather_current(cells, parameters.noise_amplitude, parameters.wiring.noise_unit, parameters.excitatory.pulse)
     return network.state.synaptic.copy()
 
 

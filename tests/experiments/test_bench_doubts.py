@@ -9,8 +9,8 @@ from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, ONE_REPETITION, Sheet, 
 from scla_mj.grid import Action, Cell
 
 PARTS = parts.Parts(
-    floor=0.5, neurons=0.6, decay=0.1, settle=0.2, sensory=0.1, motor=0.1, whole=1.5, chunked=1.6,
-    sensory_spikes=2.0, motor_spikes=5.0,
+    floor=0.5, neurons=0.6, decay=0.1, stretch=0.2, sensory=0.1, dosed=0.1, motor=0.1, whole=1.5, chunked=1.6,
+    sensory_spikes=2.0, motor_spikes=5.0, share=0.5,
 )  # fmt: skip
 LONG = {"cpu_s": [5.0, 8.0, 11.0], "simulated_s": [10.0, 20.0, 30.0], "peak_mb": 360.0, "total_cpu_s": 11.0}
 

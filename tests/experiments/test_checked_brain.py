@@ -109,9 +109,10 @@ def test_a_snapshot_of_the_wrong_kind_is_refused(snapshot, words):
 
 def test_right_answers_pass_and_spike_counts_become_plain_numbers():
     memory = Snapshot(np.ones((8, 100, 100), np.float32), np.full((5, 4, 4), 0.25))
-    brain = checked(decision=Decision(Action.LEFT, None, np.arange(4)), activity=QUIET, snapshot=memory)
+    counted = QUIET._replace(counts=np.full((2, 12), 7))
+    brain = checked(decision=Decision(Action.LEFT, None, np.arange(4)), activity=counted, snapshot=memory)
     assert brain.decide(HERE) == Decision(Action.LEFT, None, (0, 1, 2, 3))
-    assert brain.activity() is QUIET
+    assert brain.activity() == QUIET, "spikes are counted anew"
     assert brain.snapshot() is memory
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS
-from scla_mj.brain.network import kernel
+from scla_mj.brain.network import kernel, readers
 from scla_mj.brain.network.parameters import STRETCH_STEPS, build_parameters
 from scla_mj.brain.network.state import empty_stretch, initial_state
 from scla_mj.errors import SclaError
@@ -71,7 +71,7 @@ class Network:
         In a larger network (8, blocks, 100, 100): a neuron reaches those of its own block of 100.
         """
         weights = np.empty_like(self.state.weight)
-        kernel.read_weights(*self._lazy_weights, self._bounds, weights)
+        readers.read_weights(*self._lazy_weights, self._bounds, weights)
         return _by_block(weights)
 
     @weights.setter
@@ -95,7 +95,7 @@ class Network:
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, (8,)."""
-        kernel.mean_weights(
+        readers.mean_weights(
             *self._lazy_weights, self._bounds, self.state.dosed, self._columns, self._mean_at, self._means
         )
         return self._means.copy()

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
-from scla_mj.brain.network import kernel, synapses
+from scla_mj.brain.network import kernel, neurons, synapses
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.network.state import NetworkState, neurons_of, settled_in, synapses_of
 from scla_mj.compiled import leaf_njit
@@ -169,7 +169,7 @@ def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any)
     real = v.dtype.type
     unit = real(2.0**-31)
     for i in range(v.shape[0]):
-        current = half_width[i] * (unit * real(kernel.next_noise(low, high, i)))
+        current = half_width[i] * (unit * real(neurons.next_noise(low, high, i)))
         vi, ui = v[i], u[i]
         vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + current)
         vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + current)
@@ -182,10 +182,10 @@ def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any)
 
 @leaf_njit(from_python=True)
 def _repeat_integrate(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
-    neurons, noise, cell = neurons_of(state, stretch), parameters.noise_amplitude, parameters.excitatory
+    cells, noise, cell = neurons_of(state, stretch), parameters.noise_amplitude, parameters.excitatory
     for _ in range(calls):
-        kernel.gather_current(neurons, noise, parameters.wiring.noise_unit, cell.pulse)
-        kernel.integrate(neurons, cell, parameters.inhibitory, state.trace.shape[0])
+        neurons.gather_current(cells, noise, parameters.wiring.noise_unit, cell.pulse)
+        neurons.integrate(cells, cell, parameters.inhibitory, state.trace.shape[0])
 
 
 @leaf_njit(from_python=True)

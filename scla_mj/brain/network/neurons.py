@@ -1,0 +1,83 @@
+"""The neurons: noise, currents, equations 1 and 2, and who fired."""
+
+# No `from __future__ import annotations`: numba reads nothing from annotations, readers do.
+from typing import Any
+
+import numpy as np
+
+from scla_mj.brain.network.parameters import NeuronConstants
+from scla_mj.brain.network.state import Neurons
+from scla_mj.compiled import leaf_njit
+
+
+@leaf_njit(inline="always")
+def next_noise(low: Any, high: Any, i: int) -> Any:
+    """Return lane i's next 32 random bits (xoroshiro64*, Blackman and Vigna 2018), as a signed integer.
+
+    Every result is cast back to 32 bits: numba computes with 64, and the bits shifted out would come back.
+    """
+    s0 = low[i]
+    s1 = np.uint32(high[i] ^ s0)
+    low[i] = np.uint32(np.uint32((s0 << np.uint32(26)) | (s0 >> np.uint32(6))) ^ s1) ^ np.uint32(s1 << np.uint32(9))
+    high[i] = np.uint32((s1 << np.uint32(13)) | (s1 >> np.uint32(19)))
+    return np.int32(np.uint32(s0 * np.uint32(0x9E3779BB)))
+
+
+@leaf_njit(inline="always")
+def gather_current(neurons: Neurons, amplitude: Any, unit: Any, pulse: Any) -> None:
+    """Add up this step's current: drive, the last step's spikes, noise."""
+    real = neurons.synaptic.dtype.type
+    for i in range(neurons.synaptic.shape[0]):
+        bits = next_noise(neurons.noise_low, neurons.noise_high, i)
+        neurons.synaptic[i] = neurons.drive[i] + pulse * neurons.synaptic[i] + amplitude[i] * (unit * real(bits))
+
+
+@leaf_njit(inline="always")
+def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) -> None:
+    """Equations 1 and 2 for neurons of one kind: v in two half steps with the old u, then u from the new v."""
+    for i in range(v.shape[0]):
+        vi, ui, ci = v[i], u[i], current[i]
+        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
+        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
+        ui += cell.rate * (cell.sensitivity * vi - ui)
+        over = vi >= cell.peak
+        fired[i] = over
+        v[i] = cell.reset_v if over else vi
+        u[i] = ui + cell.reset_u if over else ui
+
+
+@leaf_njit(inline="always")
+def integrate(neurons: Neurons, excitatory: NeuronConstants, inhibitory: NeuronConstants, split: int) -> None:
+    """Equations 1 and 2 for all neurons, of which the first `split` are excitatory; leave no current behind."""
+    v, u, current, fired = neurons.v, neurons.u, neurons.synaptic, neurons.fired
+    # Slices that start at 0, because a loop from a start of unknown sign is not vectorised.
+    _advance(v[:split], u[:split], current[:split], fired[:split], excitatory)
+    _advance(v[split:], u[split:], current[split:], fired[split:], inhibitory)
+    zero = current.dtype.type(0)
+    for i in range(current.shape[0]):
+        current[i] = zero
+
+
+@leaf_njit(inline="always")
+def list_spikes(fired: Any, fired_octets: Any, neurons: Any) -> int:
+    """Write the indices of the neurons that fired, looking at eight at a time; return how many.
+
+    Each of the eight is written, and overwritten by the next unless it fired: a branch on it would be guessed wrong as
+    often as a neuron fires. So `neurons` needs room for one more.
+    """
+    count = 0
+    for octet in range(fired_octets.shape[0]):
+        if fired_octets[octet]:
+            for neuron in range(8 * octet, 8 * octet + 8):
+                neurons[count] = neuron
+                count += fired[neuron]
+    return count
+
+
+@leaf_njit(inline="always")
+def is_finite(values: Any) -> bool:
+    """Tell whether all values are finite."""
+    finite = True
+    for i in range(values.shape[0]):
+        finite &= np.isfinite(values[i])
+    return finite
