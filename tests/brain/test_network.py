@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 
 from scla_mj.anatomy import INHIBITORY, MOTOR, POPULATIONS
 from scla_mj.brain.network import neurons
-from scla_mj.brain.network.state import Neurons
 from scla_mj.config import NetworkConfig
 from scla_mj.errors import SclaError
 
@@ -140,9 +139,16 @@ def test_the_noise_has_the_configured_deviation_in_every_population():
 
 def _noise_current(network):
     network.state.synaptic[:] = 0.0
-    parameters = network.parameters
-    cells = Neurons(*(getattr(network.state, name, network.stretch.drive) for name in Neurons._fields))
-    neurons.gather_current(cells, parameters.noise_amplitude, parameters.wiring.noise_unit, parameters.excitatory.pulse)
+    state, parameters = network.state, network.parameters
+    neurons.gather_current(
+        state.synaptic,
+        network.stretch.drive,
+        state.noise_low,
+        state.noise_high,
+        parameters.noise_amplitude,
+        parameters.wiring.noise_unit,
+        parameters.excitatory,
+    )
     return network.state.synaptic.copy()
 
 

@@ -1,7 +1,7 @@
 """The compiled step of the network: neurons, then dopamine and eligibility, then spikes.
 
 The order of the work inside one step is fixed and named (docs/model.md):
-1. `gather_current`, `integrate`: the step's current, equations 1 and 2, threshold at the step's end, reset.
+1. `integrate`: the step's current, equations 1 and 2, threshold at the step's end, reset.
 2. `decay`: STDP traces, dopamine and eligibility; weights gather eligibility times dopamine.
 3. `sensory_spike` for each: deliver weights to the next step, depress eligibility, raise the presynaptic trace.
 4. `motor_spike` for each: potentiate eligibility, raise the postsynaptic trace.
@@ -20,7 +20,7 @@ from typing import Any, Final
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from scla_mj.brain.network import neurons, rows, synapses
-from scla_mj.brain.network.neurons import gather_current, integrate, is_finite, list_spikes
+from scla_mj.brain.network.neurons import integrate, is_finite, list_spikes
 from scla_mj.brain.network.parameters import NeuronConstants, Parameters, PlasticityConstants, Rates, Wiring
 from scla_mj.brain.network.state import NetworkState, Stretch, Synapses, neurons_of, synapses_of
 from scla_mj.brain.network.synapses import (
@@ -154,6 +154,7 @@ def run(
     state, stretch = NetworkState(*memory[:_STATE]), Stretch(*memory[_STATE:_CHANGING])
     parameters = unpacked(memory[_CHANGING:])
     n, s = neurons_of(state, stretch), synapses_of(state, stretch)
+    excitatory, inhibitory = parameters.excitatory, parameters.inhibitory
     p, wiring, fading, starts = parameters.plasticity, parameters.wiring, parameters.fading, parameters.population_start
     _release(s, p, released)
     total = done = 0
@@ -162,8 +163,7 @@ def run(
         start = first_step + done - 1
         open_stretch(s, p, parameters.rates)
         for step in range(1, length + 1):
-            gather_current(n, parameters.noise_amplitude, wiring.noise_unit, parameters.excitatory.pulse)
-            integrate(n, parameters.excitatory, parameters.inhibitory, s.trace.shape[0])
+            integrate(n, parameters.noise_amplitude, wiring.noise_unit, excitatory, inhibitory, s.trace.shape[0])
             decay(s, p, parameters.rates, step)
             count = list_spikes(state.fired, state.fired_octets, spike_neuron[total:])
             for spike in range(total, total + count):

@@ -1,13 +1,17 @@
 """The neurons: noise, currents, equations 1 and 2, and who fired."""
 
 # No `from __future__ import annotations`: numba reads nothing from annotations, readers do.
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from scla_mj.brain.network.parameters import NeuronConstants
+from scla_mj.brain.network.rows import fill
 from scla_mj.brain.network.state import Neurons
 from scla_mj.compiled import leaf_njit
+
+_TILE: Final = 1024
+"""Neurons whose 29 bytes each fit into the fastest cache (32 kB); a multiple of all that one vector may hold."""
 
 
 @leaf_njit(inline="always")
@@ -24,12 +28,14 @@ def next_noise(low: Any, high: Any, i: int) -> Any:
 
 
 @leaf_njit(inline="always")
-def gather_current(neurons: Neurons, amplitude: Any, unit: Any, pulse: Any) -> None:
+def gather_current(
+    current: Any, drive: Any, low: Any, high: Any, amplitude: Any, unit: Any, cell: NeuronConstants
+) -> None:
     """Add up this step's current: drive, the last step's spikes, noise."""
-    real = neurons.synaptic.dtype.type
-    for i in range(neurons.synaptic.shape[0]):
-        bits = next_noise(neurons.noise_low, neurons.noise_high, i)
-        neurons.synaptic[i] = neurons.drive[i] + pulse * neurons.synaptic[i] + amplitude[i] * (unit * real(bits))
+    real, pulse = current.dtype.type, cell.pulse
+    for i in range(current.shape[0]):
+        bits = next_noise(low, high, i)
+        current[i] = drive[i] + pulse * current[i] + amplitude[i] * (unit * real(bits))
 
 
 @leaf_njit(inline="always")
@@ -47,15 +53,24 @@ def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) ->
 
 
 @leaf_njit(inline="always")
-def integrate(neurons: Neurons, excitatory: NeuronConstants, inhibitory: NeuronConstants, split: int) -> None:
-    """Equations 1 and 2 for all neurons, of which the first `split` are excitatory; leave no current behind."""
-    v, u, current, fired = neurons.v, neurons.u, neurons.synaptic, neurons.fired
-    # Slices that start at 0, because a loop from a start of unknown sign is not vectorised.
-    _advance(v[:split], u[:split], current[:split], fired[:split], excitatory)
-    _advance(v[split:], u[split:], current[split:], fired[split:], inhibitory)
-    zero = current.dtype.type(0)
-    for i in range(current.shape[0]):
-        current[i] = zero
+def integrate(
+    n: Neurons, amplitude: Any, unit: Any, excitatory: NeuronConstants, inhibitory: NeuronConstants, split: int
+) -> None:
+    """Take all neurons, of which the first `split` are excitatory, one step further; leave no current behind.
+
+    A large network goes by tiles, so that what one loop has loaded is still near when the next one needs it.
+    """
+    start, total = 0, n.v.shape[0]
+    while start < total:
+        cell = excitatory if start < split else inhibitory
+        stop = min(start + _TILE, split if start < split else total)
+        # Slices that start at 0, because a loop from a start of unknown sign is not vectorised.
+        current = n.synaptic[start:stop]
+        low, high = n.noise_low[start:stop], n.noise_high[start:stop]
+        gather_current(current, n.drive[start:stop], low, high, amplitude[start:stop], unit, cell)
+        _advance(n.v[start:stop], n.u[start:stop], current, n.fired[start:stop], cell)
+        fill(current, current.dtype.type(0))
+        start = stop
 
 
 @leaf_njit(inline="always")

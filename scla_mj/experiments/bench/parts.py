@@ -182,10 +182,9 @@ def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any)
 
 @leaf_njit(from_python=True)
 def _repeat_integrate(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
-    cells, noise, cell = neurons_of(state, stretch), parameters.noise_amplitude, parameters.excitatory
+    cells, noise, unit = neurons_of(state, stretch), parameters.noise_amplitude, parameters.wiring.noise_unit
     for _ in range(calls):
-        neurons.gather_current(cells, noise, parameters.wiring.noise_unit, cell.pulse)
-        neurons.integrate(cells, cell, parameters.inhibitory, state.trace.shape[0])
+        neurons.integrate(cells, noise, unit, parameters.excitatory, parameters.inhibitory, state.trace.shape[0])
 
 
 @leaf_njit(from_python=True)
