@@ -18,6 +18,8 @@ from scla_mj.experiments.bench.workload import CHUNK_MS, CHUNKS_A_SECOND, Worklo
 NEURONS: Final = (1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)
 FLOORS: Final = (5, 10, 20, 50)
 _TEN_TIMES_TARGET: Final = 12.0
+_NEURON_SECONDS: Final = 10_000
+"""Neurons times seconds of network time in a turn of a small network, of which a second would take 3 ms."""
 _GRID_TARGET: Final = 1.10
 _UNREWARDED_TARGET: Final = 1.10
 HOUR_S: Final = 3600
@@ -34,7 +36,7 @@ def neurons(
     config: RunConfig, *, repetitions: int, watch: Watch, sizes: Sequence[int] = NEURONS
 ) -> tuple[Sheet, list[Point]]:
     """Time a network ms of larger networks with as many synapses a neuron, 50 ms at a time."""
-    works = {size: _rewarded(config, seconds=1, neurons=size) for size in sizes}
+    works = {size: _rewarded(config, seconds=max(1, _NEURON_SECONDS // size), neurons=size) for size in sizes}
     contenders = {str(size): _network_contender(config, size, work) for size, work in works.items()}
     seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
     points = [Point(size, 1e6 * seconds[str(size)] / (len(works[size].drives) * CHUNK_MS)) for size in sizes]
