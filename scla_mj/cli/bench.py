@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bench:
-    """Time a run's decisions beside bare physics and bare neurons, in turn; print medians and ratios (3 minutes).
+    """Time a run's decisions beside bare physics and bare neurons, in turn; print medians and ratios (4 minutes).
     --growth, --long, --seeds and --peers measure that instead."""
 
     repetitions: int = 5
