@@ -142,12 +142,12 @@ def _noise_current(network):
     state, parameters = network.state, network.parameters
     neurons.gather_current(
         state.synaptic,
-        network.stretch.drive,
+        network.drive,
         state.noise_low,
         state.noise_high,
         parameters.noise_amplitude,
         parameters.wiring.noise_unit,
-        parameters.excitatory,
+        parameters.excitatory.pulse,
     )
     return network.state.synaptic.copy()
 

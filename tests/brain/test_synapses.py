@@ -1,13 +1,15 @@
 """Lazy synapses where laziness could go wrong: at the bounds, over long silence, for readers, under the compiler."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 from network_oracle import DenseNetwork
 from network_pair import PLASTICITY, QUIET, build, dyadic, run_both
 
-from scla_mj.brain.network.memory import STAGGER_BYTES, placed
+from scla_mj.brain.network.memory import PAGE_BYTES, STAGGER_BYTES, WALKED_TOGETHER, copy_of
+from scla_mj.brain.network.state import state_of
 from scla_mj.config import NetworkConfig
 
 AT_THE_BOUNDS = {"lower bound, rewarded": (0.0, 0.05, 0.4), "upper bound, punished": (3.95, 4.0, -0.4)}
@@ -90,13 +92,25 @@ def test_a_longer_stdp_trace_than_a_stretch_is_kept_over_it():
     assert network.eligibility[0, 3, 5] == pytest.approx(0.1 * np.exp(-180 / 200), rel=1e-12)
 
 
-def test_arrays_are_placed_apart_within_their_pages():
-    arrays = {
-        name: np.arange(size, dtype=np.float32) for name, size in zip("abcdefgh", range(900, 1700, 100), strict=True)
-    }
-    copies = placed(arrays)
-    for number, (name, copy) in enumerate(copies.items()):
-        np.testing.assert_array_equal(copy, arrays[name])
-        assert copy.ctypes.data % 4096 == number * STAGGER_BYTES % 4096
-    starts = [copy.ctypes.data for copy in copies.values()]
-    assert all(a + copy.nbytes <= b for a, copy, b in zip(starts, copies.values(), starts[1:], strict=False))
+@pytest.mark.parametrize("neurons", [1000, 3000])
+def test_what_the_neurons_loop_walks_through_lies_apart_within_its_pages(neurons):
+    memory = build(NetworkConfig(), neurons=neurons).memory
+    places = sorted(memory[name][0].ctypes.data % PAGE_BYTES for name in WALKED_TOGETHER)
+    assert places == [number * STAGGER_BYTES for number in range(len(WALKED_TOGETHER))]
+
+
+def test_no_two_fields_of_the_memory_overlap_but_the_spikes_and_their_octets():
+    fields = build().memory.dtype.fields
+    assert fields["fired_octets"][1] == fields["fired"][1]
+    places = sorted((offset, offset + dtype.itemsize) for name, (dtype, offset) in fields.items() if name != "fired")
+    assert all(end <= start for (_, end), (start, _) in itertools.pairwise(places))
+
+
+def test_a_copy_of_the_memory_is_another_network_alike():
+    network = build(NetworkConfig())
+    network.run(100)
+    copy = copy_of(network.memory)
+    before = {name: array.copy() for name, array in network.state._asdict().items()}
+    network.run(100)
+    for name, array in state_of(copy)._asdict().items():
+        np.testing.assert_array_equal(array, before[name], err_msg=name)

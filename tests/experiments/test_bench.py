@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scla_mj.brain.network.memory import copy_of
+from scla_mj.brain.network.state import state_of
 from scla_mj.cli.main import main
 from scla_mj.config import NetworkConfig, PlasticityConfig, RunConfig
 from scla_mj.errors import SclaError
@@ -56,9 +58,10 @@ def test_the_floor_is_the_networks_own_neurons_and_noise():
         PlasticityConfig(learning_rate_per_ms=0.0),
         seed=1,
     )
-    bare, parameters = parts.copied(network.state), network.parameters
+    memory = copy_of(network.memory)
     spikes = network.run(200)
-    parts.bare_neurons(bare, parameters.excitatory, parameters.inhibitory, parameters.noise_amplitude, 200)
+    parts.bare_neurons(memory, 200)
+    bare = state_of(memory)
     assert len(spikes.step) > 100
     np.testing.assert_array_equal(bare.noise_low, network.state.noise_low)
     np.testing.assert_array_equal(bare.v, network.state.v)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS
 from scla_mj.brain.network import kernel, readers
+from scla_mj.brain.network.memory import new_memory
 from scla_mj.brain.network.parameters import STRETCH_STEPS, build_parameters
-from scla_mj.brain.network.state import empty_stretch, initial_state
+from scla_mj.brain.network.state import begin, state_of
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 _SPIKES_A_CALL: Final = 4_000_000
 """Room for a spike of every neuron in every step of a call of the kernel: longer runs are cut into several."""
-_VIEWS: Final = ("fired_octets",)
-"""What shares its memory with another array of the state."""
 
 
 class Spikes(NamedTuple):
@@ -48,8 +47,10 @@ class Network:
     ) -> None:
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
-        self.state = initial_state(network, weights=weights, noise=noise, neurons=neurons)
-        self.stretch = empty_stretch(self.state)
+        self.memory = new_memory(self.parameters)
+        self.state = state_of(self.memory)
+        self.drive: NDArray[Any] = self.memory["drive"][0]
+        begin(self.state, network, weights=weights, noise=noise)
         self._steps_a_call = max(STRETCH_STEPS, _SPIKES_A_CALL // neurons)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
@@ -57,10 +58,6 @@ class Network:
         self._no_spikes = np.zeros(len(POPULATIONS), np.int64)
         self._spike_step = np.empty(2 * _SPIKES_A_CALL, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
-        self.memory = kernel.memory_of(self.state, self.stretch, self.parameters)
-        self._lazy_weights = (self.state.weight, self.state.scaled, self.state.gathered, self.state.gathered_at)
-        self._bounds = np.array([0.0, network.weight_max], self._real)
-        self._columns = np.empty(self.state.weight.shape[2])
         self._means = np.empty(len(self.state.weight))
         self._mean_at = np.full(len(self.state.weight), -1)
 
@@ -70,8 +67,8 @@ class Network:
 
         In a larger network (8, blocks, 100, 100): a neuron reaches those of its own block of 100.
         """
-        weights = np.empty_like(self.state.weight)
-        readers.read_weights(*self._lazy_weights, self._bounds, weights)
+        weights = np.empty(self.state.weight.shape, self._real)
+        readers.read_weights(self.memory, weights)
         return _by_block(weights)
 
     @weights.setter
@@ -95,9 +92,7 @@ class Network:
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, (8,)."""
-        readers.mean_weights(
-            *self._lazy_weights, self._bounds, self.state.dosed, self._columns, self._mean_at, self._means
-        )
+        readers.mean_weights(self.memory, self._mean_at, self._means)
         return self._means.copy()
 
     def run(
@@ -111,7 +106,7 @@ class Network:
         Raises:
             SclaError: a membrane potential is no longer finite.
         """
-        self.stretch.drive[:] = 0.0 if drive is None else drive
+        self.drive[:] = 0.0 if drive is None else drive
         counts = self._no_spikes.copy() if after is None else after.counts.copy()
         total = 0 if after is None else len(after.step)
         done = 0
@@ -120,13 +115,13 @@ class Network:
             size = min(self._steps_a_call, steps - done, self._steps_to_release())
             self._reserve(total, size)
             spikes = kernel.run(
+                self.memory,
                 released,
                 size,
                 first_step + done,
                 self._spike_step[total:],
                 self._spike_neuron[total:],
                 counts,
-                *self.memory,
             )
             if spikes == kernel.NOT_FINITE:
                 raise SclaError(
@@ -139,7 +134,7 @@ class Network:
 
     def saved(self) -> dict[str, Any]:
         """Return copies of all that `restore` needs: the arrays of `state`, the steps so far, dopamine on its way."""
-        arrays = {name: array.copy() for name, array in self.state._asdict().items() if name not in _VIEWS}
+        arrays = {name: array.copy() for name, array in self.state._asdict().items()}
         releases = [{"due": due, "amount": amount.copy()} for due, amount in self._releases]
         means = {"values": self._means.copy(), "at": self._mean_at.copy()}
         return {"arrays": arrays, "steps": self._steps, "releases": releases, "means": means}
@@ -154,7 +149,7 @@ class Network:
 
     def _reserve(self, spikes: int, steps: int) -> None:
         """Make room for a spike of every neuron in every step, behind the `spikes` that there are."""
-        wanted = spikes + steps * len(self.stretch.drive) + 1
+        wanted = spikes + steps * len(self.drive) + 1
         if wanted > len(self._spike_step):
             room = np.empty(2 * wanted - len(self._spike_step), np.int32)
             self._spike_step, self._spike_neuron = (

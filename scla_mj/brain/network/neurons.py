@@ -5,9 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from scla_mj.brain.network.parameters import NeuronConstants
 from scla_mj.brain.network.rows import fill
-from scla_mj.brain.network.state import Neurons
 from scla_mj.compiled import leaf_njit
 
 _TILE: Final = 1024
@@ -28,48 +26,47 @@ def next_noise(low: Any, high: Any, i: int) -> Any:
 
 
 @leaf_njit(inline="always")
-def gather_current(
-    current: Any, drive: Any, low: Any, high: Any, amplitude: Any, unit: Any, cell: NeuronConstants
-) -> None:
+def gather_current(current: Any, drive: Any, low: Any, high: Any, amplitude: Any, unit: Any, pulse: Any) -> None:
     """Add up this step's current: drive, the last step's spikes, noise."""
-    real, pulse = current.dtype.type, cell.pulse
+    real = current.dtype.type
     for i in range(current.shape[0]):
         bits = next_noise(low, high, i)
         current[i] = drive[i] + pulse * current[i] + amplitude[i] * (unit * real(bits))
 
 
 @leaf_njit(inline="always")
-def _advance(v: Any, u: Any, current: Any, fired: Any, cell: NeuronConstants) -> None:
+def _advance(v: Any, u: Any, current: Any, fired: Any, cell: Any) -> None:
     """Equations 1 and 2 for neurons of one kind: v in two half steps with the old u, then u from the new v."""
+    quadratic, linear, offset, half_step = cell.quadratic, cell.linear, cell.offset, cell.half_step
+    rate, sensitivity, peak, reset_v, reset_u = cell.rate, cell.sensitivity, cell.peak, cell.reset_v, cell.reset_u
     for i in range(v.shape[0]):
         vi, ui, ci = v[i], u[i], current[i]
-        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
-        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + ci)
-        ui += cell.rate * (cell.sensitivity * vi - ui)
-        over = vi >= cell.peak
+        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + ci)
+        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + ci)
+        ui += rate * (sensitivity * vi - ui)
+        over = vi >= peak
         fired[i] = over
-        v[i] = cell.reset_v if over else vi
-        u[i] = ui + cell.reset_u if over else ui
+        v[i] = reset_v if over else vi
+        u[i] = ui + reset_u if over else ui
 
 
 @leaf_njit(inline="always")
-def integrate(
-    n: Neurons, amplitude: Any, unit: Any, excitatory: NeuronConstants, inhibitory: NeuronConstants, split: int
-) -> None:
-    """Take all neurons, of which the first `split` are excitatory, one step further; leave no current behind.
+def integrate(m: Any) -> None:
+    """Take all neurons one step further; leave no current behind.
 
     A large network goes by tiles, so that what one loop has loaded is still near when the next one needs it.
     """
-    start, total = 0, n.v.shape[0]
+    unit, zero = m.wiring.noise_unit, m.v.dtype.type(0)
+    start, split, total = 0, m.trace.shape[0], m.v.shape[0]
     while start < total:
-        cell = excitatory if start < split else inhibitory
+        cell = m.excitatory if start < split else m.inhibitory
         stop = min(start + _TILE, split if start < split else total)
         # Slices that start at 0, because a loop from a start of unknown sign is not vectorised.
-        current = n.synaptic[start:stop]
-        low, high = n.noise_low[start:stop], n.noise_high[start:stop]
-        gather_current(current, n.drive[start:stop], low, high, amplitude[start:stop], unit, cell)
-        _advance(n.v[start:stop], n.u[start:stop], current, n.fired[start:stop], cell)
-        fill(current, current.dtype.type(0))
+        current = m.synaptic[start:stop]
+        low, high = m.noise_low[start:stop], m.noise_high[start:stop]
+        gather_current(current, m.drive[start:stop], low, high, m.noise_amplitude[start:stop], unit, cell.pulse)
+        _advance(m.v[start:stop], m.u[start:stop], current, m.fired[start:stop], cell)
+        fill(current, zero)
         start = stop
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, Population, populations_of
-from scla_mj.brain.network.memory import placed
 
 if TYPE_CHECKING:
     from scla_mj.config import NetworkConfig, PlasticityConfig
@@ -66,17 +65,12 @@ class NeuronConstants(NamedTuple):
 
 
 class PlasticityConstants(NamedTuple):
-    """Equations 3 and 4 for one step: every field a scalar of the kernel's number format.
-
-    A literal in the kernel would be a float64 and promote a float32 network, so zero and infinity stand here too.
-    """
+    """Equations 3 and 4 for one step: every field a scalar of the kernel's number format."""
 
     potentiation: Any
     depression: Any
     trace_decay: Any
     weight_max: Any
-    zero: Any
-    no_bound: Any
     floor: Any
     trace_floor: Any
 
@@ -113,17 +107,10 @@ class Parameters(NamedTuple):
     wiring: Wiring
     rates: Rates
     population_start: NDArray[np.int64]
-    population_of: NDArray[np.int64]
+    population_of: NDArray[np.uint8]
     noise_amplitude: NDArray[Any]
     fading: NDArray[Any]
     stretch_steps: int
-
-    def packed(self) -> Parameters:
-        """Return the same with arrays for the groups of numbers: numba takes those in a tenth of the time."""
-        groups: dict[str, Any] = {
-            name: np.array(group) for name, group in self._asdict().items() if isinstance(group, tuple)
-        }
-        return self._replace(**groups)
 
 
 def build_parameters(
@@ -143,8 +130,6 @@ def build_parameters(
             depression=real(plasticity.stdp_depression),
             trace_decay=real(np.exp(-neural_step_ms / plasticity.stdp_tau_ms)),
             weight_max=real(network.weight_max),
-            zero=real(0.0),
-            no_bound=real(np.inf),
             floor=real(FLOOR[network.precision]),
             trace_floor=real(TRACE_FLOOR[network.precision]),
         ),
@@ -161,8 +146,10 @@ def build_parameters(
             least_decayed_dosed=_LEAST_DECAYED_DOSED,
         ),
         population_start=np.array([population.start for population in populations] + [neurons]),
-        population_of=np.repeat(np.arange(len(populations)), [population.size for population in populations]),
-        **placed({"noise_amplitude": _noise_amplitude(network, populations, neural_step_ms)}),
+        population_of=np.repeat(
+            np.arange(len(populations), dtype=np.uint8), [population.size for population in populations]
+        ),
+        noise_amplitude=_noise_amplitude(network, populations, neural_step_ms),
         fading=np.exp(-np.arange(STRETCH_STEPS + 1) * (1.0 / stdp_steps - 1.0 / eligibility_steps)).astype(real),
         stretch_steps=max(1, int(min(STRETCH_STEPS, _STRETCH_TAUS * stdp_steps, eligibility_steps))),
     )

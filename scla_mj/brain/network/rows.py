@@ -1,12 +1,14 @@
 """What happens to the synapses of one sensory neuron in one projection; synapses.py says why and names the symbols.
 
 Every loop has the 100 steps of a block, few arrays and no branch, so that the compiler makes it one of whole vectors.
+Numbers are of the arrays' own format: a literal would be a float64, and promote what it meets.
 """
 
 from typing import Any, Final
 
+import numpy as np
+
 from scla_mj.anatomy import NEURONS_PER_SIDE
-from scla_mj.brain.network.parameters import PlasticityConstants
 from scla_mj.compiled import leaf_njit
 
 BLOCK: Final = NEURONS_PER_SIDE
@@ -27,14 +29,14 @@ def depress(scaled: Any, depression: Any, trace: Any, reach: Any, post: Any) -> 
         scaled[j] -= depression * trace[j] + reach * post[j]
 
 
-@leaf_njit()
+@leaf_njit(inline="always")
 def hold_back(weight: Any, reach: Any, since: Any, post: Any, post_gathered: Any) -> None:
     """Take from the weights of now what `reach` makes of the stretch so far: it was there before the spike."""
     for j in range(BLOCK):
         weight[j] -= reach * (since * post[j] - post_gathered[j])
 
 
-@leaf_njit()
+@leaf_njit(inline="always")
 def potentiate(scaled: Any, reach: Any, post: Any) -> None:
     """Give eligibility what it has gained from motor spikes."""
     for j in range(BLOCK):
@@ -43,19 +45,13 @@ def potentiate(scaled: Any, reach: Any, post: Any) -> None:
 
 @leaf_njit()
 def bring_on(
-    weight: Any,
-    scaled: Any,
-    post: Any,
-    post_gathered: Any,
-    reach: Any,
-    moved: Any,
-    since: Any,
-    p: PlasticityConstants,
+    weight: Any, scaled: Any, post: Any, post_gathered: Any, reach: Any, moved: Any, since: Any, weight_max: Any
 ) -> None:
     """Make `weight` the clipped w of now, and `scaled` its Z."""
+    zero = weight.dtype.type(0)
     for j in range(BLOCK):
         way = scaled[j] * moved + reach * (since * post[j] - post_gathered[j])
-        weight[j] = min(max(weight[j] + way, p.zero), p.weight_max)
+        weight[j] = min(max(weight[j] + way, zero), weight_max)
         scaled[j] += reach * post[j]
 
 
@@ -68,7 +64,7 @@ def might_stick(
     reach: Any,
     moved: Any,
     since: Any,
-    p: PlasticityConstants,
+    weight_max: Any,
     doubts: Any,
 ) -> bool:
     """Tell which weights may have met a bound before they turned back from it, in `doubts`, and whether any may have.
@@ -77,29 +73,39 @@ def might_stick(
     no more than Z of now times what G has moved.
     """
     doubtful = False
-    lowest = p.zero if moved > p.zero else -p.no_bound
-    highest = p.weight_max if moved < p.zero else p.no_bound
+    zero, no_bound = weight.dtype.type(0), weight.dtype.type(np.inf)
+    lowest = zero if moved > zero else -no_bound
+    highest = weight_max if moved < zero else no_bound
     for j in range(BLOCK):
         now = scaled[j] + reach * post[j]
         ended = weight[j] + scaled[j] * moved + reach * (since * post[j] - post_gathered[j])
         turned = ended - now * moved
-        doubts[j] = (scaled[j] < p.zero) & (now > p.zero) & ((turned < lowest) | (turned > highest))
+        doubts[j] = (scaled[j] < zero) & (now > zero) & ((turned < lowest) | (turned > highest))
         doubtful |= doubts[j] != 0
     return doubtful
 
 
 @leaf_njit()
-def settle_row(weight: Any, scaled: Any, moved: Any, decayed: Any, p: PlasticityConstants) -> None:
-    """Make `weight` the clipped w of now, and `scaled` the eligibility c; what is under the floor is zero."""
-    if moved != p.zero:
-        for j in range(BLOCK):
-            weight[j] = min(max(weight[j] + scaled[j] * moved, p.zero), p.weight_max)
+def put_replayed(weight: Any, scaled: Any, doubts: Any, replayed: Any) -> None:
+    """Let the doubtful synapses be what they were replayed to be."""
     for j in range(BLOCK):
-        eligibility = scaled[j] * decayed
-        scaled[j] = eligibility if abs(eligibility) >= p.floor else p.zero
+        if doubts[j]:
+            weight[j], scaled[j] = replayed[0, j], replayed[1, j]
 
 
 @leaf_njit()
+def settle_row(weight: Any, scaled: Any, moved: Any, decayed: Any, weight_max: Any, floor: Any) -> None:
+    """Make `weight` the clipped w of now, and `scaled` the eligibility c; what is under the floor is zero."""
+    zero = weight.dtype.type(0)
+    if moved != zero:
+        for j in range(BLOCK):
+            weight[j] = min(max(weight[j] + scaled[j] * moved, zero), weight_max)
+    for j in range(BLOCK):
+        eligibility = scaled[j] * decayed
+        scaled[j] = eligibility if abs(eligibility) >= floor else zero
+
+
+@leaf_njit(inline="always")
 def fill(values: Any, number: Any) -> None:
     """Set every value."""
     for i in range(values.shape[0]):

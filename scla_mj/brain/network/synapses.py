@@ -30,7 +30,6 @@ from typing import Any, Final
 import numpy as np
 
 from scla_mj.anatomy import PROJECTIONS
-from scla_mj.brain.network.parameters import PlasticityConstants, Rates
 from scla_mj.brain.network.rows import (
     BLOCK,
     bring_on,
@@ -40,9 +39,9 @@ from scla_mj.brain.network.rows import (
     hold_back,
     might_stick,
     potentiate,
+    put_replayed,
     settle_row,
 )
-from scla_mj.brain.network.state import Synapses
 from scla_mj.compiled import leaf_njit
 from scla_mj.grid import Action
 
@@ -56,175 +55,169 @@ INTO_MOTOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.motor =
 
 
 @leaf_njit()
-def open_stretch(s: Synapses, p: PlasticityConstants, rates: Rates) -> None:
+def open_stretch(m: Any) -> None:
     """Begin a stretch: no motor neuron has fired in it, and every sensory neuron's trace reaches as far as it does."""
-    real = s.weight.dtype.type
-    size = s.weight.shape[1]
+    zero = m.trace.dtype.type(0)
+    size = m.synapses.shape[1]
     for side in range(SIDES):
-        _keep_in_range(s, p, rates, side)
-        scale = p.potentiation / real(s.decayed[side])
+        _keep_in_range(m, side)
+        scale = m.plasticity.potentiation / m.trace.dtype.type(m.decayed[side])
         for neuron in range(side * size, (side + 1) * size):
-            s.reach[neuron] = scale * s.trace[neuron]
-            s.since[neuron] = 0
-            s.post[neuron] = p.zero
-            s.last_spike[neuron] = s.next_spike[0, neuron] = 0
-    for k in range(s.gathered.shape[0]):
-        s.opening[k] = s.gathered[k]
-        s.course[k, 0] = 0.0
-        fill(s.post_gathered[k], p.zero)
+            m.reach[neuron] = scale * m.trace[neuron]
+    fill(m.since, 0)
+    fill(m.post, zero)
+    fill(m.last_spike, 0)
+    fill(m.next_spike[0], 0)
+    for k in range(m.gathered.shape[0]):
+        m.opening[k] = m.gathered[k]
+        m.course[k, 0] = 0.0
+        fill(m.post_gathered[k], zero)
 
 
 @leaf_njit(inline="always")
-def _keep_in_range(s: Synapses, p: PlasticityConstants, rates: Rates, side: int) -> None:
+def _keep_in_range(m: Any, side: int) -> None:
     """Settle a sensor before E is too small: beside it G would lose the digits that new spikes still need."""
     dosed = False
     for connection in range(CONNECTIONS):
-        dosed |= s.dopamine[OUT_OF_SENSOR[side, connection]] != 0.0
-    if s.decayed[side] < (rates.least_decayed_dosed if dosed else rates.least_decayed):
-        settle(s.weight, s.scaled, s.decayed, s.gathered, s.gathered_at, p, side)
+        dosed |= m.dopamine[OUT_OF_SENSOR[side, connection]] != 0.0
+    if m.decayed[side] < (m.rates.least_decayed_dosed if dosed else m.rates.least_decayed):
+        settle(m, side)
 
 
 @leaf_njit()
-def close_stretch(s: Synapses, p: PlasticityConstants, fading: Any, step: int) -> None:
+def close_stretch(m: Any, step: int) -> None:
     """End a stretch of `step` steps: give every sensory neuron with a trace what it missed; drop traces that faded."""
-    size = s.weight.shape[1]
+    zero, trace_floor = m.trace.dtype.type(0), m.plasticity.trace_floor
+    size = m.synapses.shape[1]
     for neuron in range(SIDES * size):
-        if s.trace[neuron] > p.zero:
+        if m.trace[neuron] > zero:
             side = neuron // size
             for connection in range(CONNECTIONS):
                 k = OUT_OF_SENSOR[side, connection]
-                if _is_still(s.gathered[k], s.gathered_at[k, neuron % size], s.opening[k]):
+                if _is_still(m, k, neuron % size):
                     motor = MOTOR_OF[k] * size + neuron % size // BLOCK * BLOCK
-                    potentiate(s.scaled[k, neuron % size], s.reach[neuron], s.post[motor : motor + BLOCK])
+                    potentiate(m.synapses[k, neuron % size].scaled, m.reach[neuron], m.post[motor : motor + BLOCK])
                 else:
-                    catch_up(s, p, fading, k, neuron, step)
-    for neuron in range(s.trace.shape[0]):
-        if s.trace[neuron] < p.trace_floor:
-            s.trace[neuron] = p.zero
+                    catch_up(m, k, neuron, step)
+    for neuron in range(m.trace.shape[0]):
+        if m.trace[neuron] < trace_floor:
+            m.trace[neuron] = zero
 
 
 @leaf_njit(inline="always")
-def sensory_spike(
-    s: Synapses, synaptic: Any, p: PlasticityConstants, fading: Any, side: int, row: int, step: int
-) -> None:
+def sensory_spike(m: Any, side: int, row: int, step: int) -> None:
     """Deliver a sensory neuron's weights, depress their eligibility by the postsynaptic traces, raise its trace."""
-    real = s.weight.dtype.type
-    size = s.weight.shape[1]
+    real = m.trace.dtype.type
+    size = m.synapses.shape[1]
     neuron, first = side * size + row, row // BLOCK * BLOCK
-    decayed = real(s.decayed[side])
-    depression, raised = p.depression / decayed, p.potentiation / (fading[step] * decayed)
-    reach = s.reach[neuron] + raised
+    decayed = real(m.decayed[side])
+    depression, raised = m.plasticity.depression / decayed, m.plasticity.potentiation / (m.fading[step] * decayed)
+    reach = m.reach[neuron] + raised
     for connection in range(CONNECTIONS):
         k = OUT_OF_SENSOR[side, connection]
         motor = MOTOR_OF[k] * size + first
-        post = s.post[motor : motor + BLOCK]
+        post = m.post[motor : motor + BLOCK]
         motor += SIDES * size
-        weight, scaled = s.weight[k, row], s.scaled[k, row]
-        trace = s.trace[motor : motor + BLOCK]
-        if _is_still(s.gathered[k], s.gathered_at[k, row], s.opening[k]):
-            deliver(synaptic[motor : motor + BLOCK], weight)
-            depress(scaled, depression, trace, raised, post)
+        synapses = m.synapses[k, row]
+        trace = m.trace[motor : motor + BLOCK]
+        if _is_still(m, k, row):
+            deliver(m.synaptic[motor : motor + BLOCK], synapses.weight)
+            depress(synapses.scaled, depression, trace, raised, post)
             continue
-        catch_up(s, p, fading, k, neuron, step)
-        deliver(synaptic[motor : motor + BLOCK], weight)
-        depress(scaled, depression, trace, reach, post)
-        since = real(s.gathered[k] - s.opening[k])
-        hold_back(weight, reach, since, post, s.post_gathered[k, first : first + BLOCK])
-    s.reach[neuron] = reach
-    s.since[neuron] = step
-    s.trace[neuron] += 1
+        catch_up(m, k, neuron, step)
+        deliver(m.synaptic[motor : motor + BLOCK], synapses.weight)
+        depress(synapses.scaled, depression, trace, reach, post)
+        since = real(m.gathered[k] - m.opening[k])
+        hold_back(synapses.weight, reach, since, post, m.post_gathered[k, first : first + BLOCK])
+    m.reach[neuron] = reach
+    m.since[neuron] = step
+    m.trace[neuron] += 1
 
 
 @leaf_njit(inline="always")
-def motor_spike(s: Synapses, fading: Any, side: int, row: int, step: int) -> None:
+def motor_spike(m: Any, side: int, row: int, step: int) -> None:
     """Add a motor neuron's spike to what sensory neurons will take from it, and raise its trace."""
-    real = s.weight.dtype.type
-    size = s.weight.shape[1]
-    left = fading[step]
+    real = m.trace.dtype.type
+    size = m.synapses.shape[1]
+    left = m.fading[step]
     motor = side * size + row
-    s.post[motor] += left
-    s.next_spike[s.last_spike[motor], motor] = step
-    s.next_spike[step, motor] = 0
-    s.last_spike[motor] = step
+    m.post[motor] += left
+    m.next_spike[m.last_spike[motor], motor] = step
+    m.next_spike[step, motor] = 0
+    m.last_spike[motor] = step
     for connection in range(CONNECTIONS):
         k = INTO_MOTOR[side, connection]
-        s.post_gathered[k, row] += left * real(s.gathered[k] - s.opening[k])
-    s.trace[SIDES * size + motor] += 1
+        m.post_gathered[k, row] += left * real(m.gathered[k] - m.opening[k])
+    m.trace[SIDES * size + motor] += 1
 
 
 @leaf_njit(inline="always")
-def _is_still(gathered: float, gathered_at: float, opening: float) -> bool:
+def _is_still(m: Any, k: int, row: int) -> bool:
     """Tell whether a neuron's weights have stood since it was last looked at, and in this whole stretch."""
-    return gathered == gathered_at and gathered == opening
+    return bool(m.gathered[k] == m.gathered_at[k, row] and m.gathered[k] == m.opening[k])
 
 
 @leaf_njit(inline="always")
-def catch_up(s: Synapses, p: PlasticityConstants, fading: Any, k: int, neuron: int, step: int) -> None:
+def catch_up(m: Any, k: int, neuron: int, step: int) -> None:
     """Make what is stored of a sensory neuron's synapses in a projection the Z and w of now, as if its reach were 0."""
-    real = s.weight.dtype.type
-    size = s.weight.shape[1]
+    real = m.trace.dtype.type
+    size = m.synapses.shape[1]
     row = neuron % size
     first = row // BLOCK * BLOCK
-    reach = s.reach[neuron]
+    reach, weight_max = m.reach[neuron], m.plasticity.weight_max
     motor = MOTOR_OF[k] * size + first
-    post = s.post[motor : motor + BLOCK]
-    weight, scaled = s.weight[k, row], s.scaled[k, row]
-    post_gathered = s.post_gathered[k, first : first + BLOCK]
-    moved = real(s.gathered[k] - s.gathered_at[k, row])
-    since = real(s.gathered[k] - s.opening[k])
-    doubtful = might_stick(weight, scaled, post, post_gathered, reach, moved, since, p, s.doubts)
+    post = m.post[motor : motor + BLOCK]
+    weight, scaled = m.synapses[k, row].weight, m.synapses[k, row].scaled
+    post_gathered = m.post_gathered[k, first : first + BLOCK]
+    moved = real(m.gathered[k] - m.gathered_at[k, row])
+    since = real(m.gathered[k] - m.opening[k])
+    doubtful = might_stick(weight, scaled, post, post_gathered, reach, moved, since, weight_max, m.doubts)
     if doubtful:
-        _replay_doubts(s, p, fading, k, neuron, step)
-    bring_on(weight, scaled, post, post_gathered, reach, moved, since, p)
+        _replay_doubts(m, k, neuron, step)
+    bring_on(weight, scaled, post, post_gathered, reach, moved, since, weight_max)
     if doubtful:
-        _put_replayed(weight, scaled, s.doubts, s.replayed)
-    s.gathered_at[k, row] = s.gathered[k]
+        put_replayed(weight, scaled, m.doubts, m.replayed)
+    m.gathered_at[k, row] = m.gathered[k]
 
 
 @leaf_njit()
-def _replay_doubts(s: Synapses, p: PlasticityConstants, fading: Any, k: int, neuron: int, step: int) -> None:
+def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
     """Catch each doubtful synapse of a row up motor spike by motor spike, clipped after each, into `replayed`."""
-    size = s.weight.shape[1]
+    size = m.synapses.shape[1]
     row = neuron % size
     motor = MOTOR_OF[k] * size + row // BLOCK * BLOCK
-    reach, since = float(s.reach[neuron]), s.since[neuron]
-    began, weight_max = s.gathered_at[k, row] - s.opening[k], float(p.weight_max)
+    reach, since = float(m.reach[neuron]), m.since[neuron]
+    began, weight_max = m.gathered_at[k, row] - m.opening[k], float(m.plasticity.weight_max)
+    synapses = m.synapses[k, row]
     for j in range(BLOCK):
-        if not s.doubts[j]:
+        if not m.doubts[j]:
             continue
-        z, w, gathered = float(s.scaled[k, row, j]), float(s.weight[k, row, j]), began
-        at = s.next_spike[0, motor + j]
+        z, w, gathered = float(synapses.scaled[j]), float(synapses.weight[j]), began
+        at = m.next_spike[0, motor + j]
         while at:
-            gain, then = reach * float(fading[at]), s.course[k, at]
+            gain, then = reach * float(m.fading[at]), m.course[k, at]
             if at < since:  # what was stored is less than it was by this
                 w += gain * (gathered - then)
             else:
                 w = min(max(w + z * (then - gathered), 0.0), weight_max)
                 gathered = then
             z += gain
-            at = s.next_spike[at, motor + j]
-        s.replayed[0, j] = min(max(w + z * (s.course[k, step] - gathered), 0.0), weight_max)
-        s.replayed[1, j] = z
+            at = m.next_spike[at, motor + j]
+        m.replayed[0, j] = min(max(w + z * (m.course[k, step] - gathered), 0.0), weight_max)
+        m.replayed[1, j] = z
 
 
 @leaf_njit()
-def _put_replayed(weight: Any, scaled: Any, doubts: Any, replayed: Any) -> None:
-    for j in range(BLOCK):
-        if doubts[j]:
-            weight[j], scaled[j] = replayed[0, j], replayed[1, j]
-
-
-@leaf_njit()
-def settle(
-    weight: Any, scaled: Any, decayed: Any, gathered: Any, gathered_at: Any, p: PlasticityConstants, side: int
-) -> None:
+def settle(m: Any, side: int) -> None:
     """Between two stretches, make `scaled` a sensor's eligibility c, and `weight` its weights: E is 1 and G is 0."""
-    real = weight.dtype.type
+    real = m.trace.dtype.type
+    weight_max, floor = m.plasticity.weight_max, m.plasticity.floor
     for connection in range(CONNECTIONS):
         k = OUT_OF_SENSOR[side, connection]
-        for row in range(weight.shape[1]):
-            moved = real(gathered[k] - gathered_at[k, row])
-            settle_row(weight[k, row], scaled[k, row], moved, real(decayed[side]), p)
-            gathered_at[k, row] = 0.0
-        gathered[k] = 0.0
-    decayed[side] = 1.0
+        for row in range(m.synapses.shape[1]):
+            moved = real(m.gathered[k] - m.gathered_at[k, row])
+            synapses = m.synapses[k, row]
+            settle_row(synapses.weight, synapses.scaled, moved, real(m.decayed[side]), weight_max, floor)
+            m.gathered_at[k, row] = 0.0
+        m.gathered[k] = 0.0
+    m.decayed[side] = 1.0

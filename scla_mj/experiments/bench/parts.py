@@ -8,8 +8,8 @@ import numpy as np
 
 from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
 from scla_mj.brain.network import kernel, neurons, synapses
+from scla_mj.brain.network.memory import Memory, copy_of
 from scla_mj.brain.network.network import Network
-from scla_mj.brain.network.state import NetworkState, neurons_of, settled_in, synapses_of
 from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
 from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
@@ -113,36 +113,29 @@ def _warm(config: RunConfig) -> tuple[Network, Workload]:
 
 
 def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
-    parameters, saved = network.parameters, network.saved()
-    excitatory = parameters.excitatory
-    drives = work.drives.astype(network.state.v.dtype)
-
-    stretch = network.stretch._replace(drive=np.zeros_like(network.stretch.drive))
+    saved, drives = network.saved(), work.drives.astype(network.state.v.dtype)
 
     def part(function: Any, *arguments: Any) -> Contender:
-        return Contender(lambda: copied(network.state), lambda state: function(state, stretch, parameters, *arguments))
+        return Contender(lambda: _undriven(network), lambda memory: function(memory, *arguments, _CALLS))
 
     return {
-        "floor": Contender(
-            lambda: copied(network.state),
-            lambda s: bare_neurons(s, excitatory, parameters.inhibitory, parameters.noise_amplitude, _CALLS),
-        ),
-        "neurons": part(_repeat_integrate, _CALLS),
-        "decay": part(_repeat_decay, _CALLS),
-        "stretch": part(_repeat_stretch, _CALLS),
-        "sensory": part(_repeat_sensory, 0.0, _CALLS),
-        "dosed": part(_repeat_sensory, 1e-9, _CALLS),
-        "motor": part(_repeat_motor, _CALLS),
+        "floor": part(bare_neurons),
+        "neurons": part(_repeat_integrate),
+        "decay": part(_repeat_decay),
+        "stretch": part(_repeat_stretch),
+        "sensory": part(_repeat_sensory, 0.0),
+        "dosed": part(_repeat_sensory, 1e-9),
+        "motor": part(_repeat_motor),
         "whole": Contender(lambda: network.restore(saved), lambda _: _run_kernel(network, drives, work.releases)),
         "chunked": Contender(lambda: network.restore(saved), lambda _: run_chunks(network, work)),
     }
 
 
-def copied(state: NetworkState) -> NetworkState:
-    """Return a copy that shares no memory with the state."""
-    arrays = state._asdict()
-    del arrays["fired_octets"]
-    return settled_in(**arrays)
+def _undriven(network: Network) -> Memory:
+    """Return a copy of the network's memory that nothing drives."""
+    memory = copy_of(network.memory)
+    memory["drive"] = 0.0
+    return memory
 
 
 def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
@@ -150,71 +143,71 @@ def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts = np.zeros(len(POPULATIONS), np.int64)
     for drive, released in zip(drives, releases, strict=True):
-        network.stretch.drive[:] = drive
-        kernel.run(released, CHUNK_MS, 0, spike_step, spike_neuron, counts, *network.memory)
+        network.drive[:] = drive
+        kernel.run(network.memory, released, CHUNK_MS, 0, spike_step, spike_neuron, counts)
 
 
 @leaf_njit(from_python=True)
-def bare_neurons(state: Any, excitatory: Any, inhibitory: Any, amplitude: Any, steps: int) -> None:
+def bare_neurons(memory: Any, steps: int) -> None:
     """Equations 1 and 2 and nothing else: each neuron's noise and its update in one pass, no input, no synapses."""
-    split = state.trace.shape[0]
+    m = memory[0]
+    split = m.trace.shape[0]
     for _ in range(steps):
-        _advance_noisy(state, amplitude, 0, split, excitatory)
-        _advance_noisy(state, amplitude, split, state.v.shape[0], inhibitory)
+        _advance_noisy(m, 0, split, m.excitatory)
+        _advance_noisy(m, split, m.v.shape[0], m.inhibitory)
 
 
-@leaf_njit(inline="always")
-def _advance_noisy(state: Any, amplitude: Any, start: int, stop: int, cell: Any) -> None:
-    v, u, fired = state.v[start:stop], state.u[start:stop], state.fired[start:stop]
-    low, high, half_width = state.noise_low[start:stop], state.noise_high[start:stop], amplitude[start:stop]
-    real = v.dtype.type
-    unit = real(2.0**-31)
+@leaf_njit()
+def _advance_noisy(m: Any, start: int, stop: int, cell: Any) -> None:
+    v, u, fired = m.v[start:stop], m.u[start:stop], m.fired[start:stop]
+    low, high, half_width = m.noise_low[start:stop], m.noise_high[start:stop], m.noise_amplitude[start:stop]
+    unit, real = m.wiring.noise_unit, v.dtype.type
+    quadratic, linear, offset, half_step = cell.quadratic, cell.linear, cell.offset, cell.half_step
+    rate, sensitivity, peak, reset_v, reset_u = cell.rate, cell.sensitivity, cell.peak, cell.reset_v, cell.reset_u
     for i in range(v.shape[0]):
         current = half_width[i] * (unit * real(neurons.next_noise(low, high, i)))
         vi, ui = v[i], u[i]
-        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + current)
-        vi += cell.half_step * (cell.quadratic * vi * vi + cell.linear * vi + cell.offset - ui + current)
-        ui += cell.rate * (cell.sensitivity * vi - ui)
-        over = vi >= cell.peak
+        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + current)
+        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + current)
+        ui += rate * (sensitivity * vi - ui)
+        over = vi >= peak
         fired[i] = over
-        v[i] = cell.reset_v if over else vi
-        u[i] = ui + cell.reset_u if over else ui
+        v[i] = reset_v if over else vi
+        u[i] = ui + reset_u if over else ui
 
 
 @leaf_njit(from_python=True)
-def _repeat_integrate(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
-    cells, noise, unit = neurons_of(state, stretch), parameters.noise_amplitude, parameters.wiring.noise_unit
+def _repeat_integrate(memory: Any, calls: int) -> None:
     for _ in range(calls):
-        neurons.integrate(cells, noise, unit, parameters.excitatory, parameters.inhibitory, state.trace.shape[0])
+        neurons.integrate(memory[0])
 
 
 @leaf_njit(from_python=True)
-def _repeat_decay(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
+def _repeat_decay(memory: Any, calls: int) -> None:
     for _ in range(calls):
-        kernel.decay(synapses_of(state, stretch), parameters.plasticity, parameters.rates, 1)
+        kernel.decay(memory[0], 1)
 
 
 @leaf_njit(from_python=True)
-def _repeat_stretch(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
-    s, p = synapses_of(state, stretch), parameters.plasticity
+def _repeat_stretch(memory: Any, calls: int) -> None:
     for _ in range(calls):
-        synapses.open_stretch(s, p, parameters.rates)
-        synapses.close_stretch(s, p, parameters.fading, CHUNK_MS)
+        synapses.open_stretch(memory[0])
+        synapses.close_stretch(memory[0], CHUNK_MS)
 
 
 @leaf_njit(from_python=True)
-def _repeat_sensory(state: Any, stretch: Any, parameters: Any, gain: float, calls: int) -> None:
-    s, p = synapses_of(state, stretch), parameters.plasticity
-    synapses.open_stretch(s, p, parameters.rates)
+def _repeat_sensory(memory: Any, gain: float, calls: int) -> None:
+    m = memory[0]
+    synapses.open_stretch(m)
     for call in range(calls):
-        for k in range(s.gathered.shape[0]):
-            s.gathered[k] += gain
-        side, row = call % len(SENSORY), call * 7 % s.weight.shape[1]  # not one row after another, as spikes come
-        synapses.sensory_spike(s, state.synaptic, p, parameters.fading, side, row, 1)
+        for k in range(m.gathered.shape[0]):
+            m.gathered[k] += gain
+        side, row = call % len(SENSORY), call * 7 % m.synapses.shape[1]  # not one row after another, as spikes come
+        synapses.sensory_spike(m, side, row, 1)
 
 
 @leaf_njit(from_python=True)
-def _repeat_motor(state: Any, stretch: Any, parameters: Any, calls: int) -> None:
-    s = synapses_of(state, stretch)
+def _repeat_motor(memory: Any, calls: int) -> None:
+    m = memory[0]
     for call in range(calls):
-        synapses.motor_spike(s, parameters.fading, call % len(MOTOR), call * 7 % s.weight.shape[1], 1)
+        synapses.motor_spike(m, call % len(MOTOR), call * 7 % m.synapses.shape[1], 1)

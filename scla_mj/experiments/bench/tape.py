@@ -181,5 +181,5 @@ def replay_network(network: Network, tape: Tape) -> None:
     counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
     for call in tape.network:
         released = sum(call.released, start=nothing)
-        network.stretch.drive[:] = 0.0 if call.drive is None else call.drive
-        kernel.run(released, call.steps, 0, spike_step, spike_neuron, counts, *network.memory)
+        network.drive[:] = 0.0 if call.drive is None else call.drive
+        kernel.run(network.memory, released, call.steps, 0, spike_step, spike_neuron, counts)
