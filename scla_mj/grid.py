@@ -26,7 +26,7 @@ class Action(enum.IntEnum):
     @property
     def label(self) -> str:
         """The action's name as files and tables carry it."""
-        return self.name.lower()
+        return _LABELS[self]
 
     @property
     def opposite(self) -> Action:
@@ -42,6 +42,7 @@ class Action(enum.IntEnum):
 ACTIONS: Final = tuple(Action)
 """The four moves; to go through them costs a tenth of going through the enumeration."""
 _STEPS: Final = ((0, 1), (0, -1), (-1, 0), (1, 0))
+_LABELS: Final = tuple(action.name.lower() for action in Action)
 
 
 class Cell(NamedTuple):

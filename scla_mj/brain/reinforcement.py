@@ -25,6 +25,7 @@ class CellStates:
         self._discount = discount
         self._targets: set[Cell] = set()
         self._states: dict[Cell, float] = {}
+        self._observed: Percept | None = None
 
     def __getitem__(self, cell: Cell) -> float:
         return self._states.get(cell, 0.0)
@@ -34,6 +35,7 @@ class CellStates:
         self._observe(feedback.before)
         if feedback.hit:
             self._believe(feedback.after.cell)
+            self._observed = None
         else:
             self._observe(feedback.after)
         before, after = self[feedback.before.cell], self[feedback.after.cell]
@@ -48,19 +50,23 @@ class CellStates:
         """Go on from a `state`."""
         self._states = {Cell(x, y): value for x, y, value in state["states"]}
         self._targets = {Cell(*cell) for cell in state["targets"]}
+        self._observed = None
 
     def _observe(self, percept: Percept) -> None:
         """Set the state of the robot's own cell from its four neighbours; correct what is seen to be out of date."""
-        best = 0.0
-        for side, neighbour in enumerate(around(percept.cell)):
-            if side == percept.sensed:
-                self._believe(neighbour)
-            elif neighbour in self._targets:  # the target has left
-                self._targets.remove(neighbour)
-                self._states[neighbour] = 0.0
-            best = max(best, self[neighbour])
-        self._targets.discard(percept.cell)
-        self._states[percept.cell] = self._discount * best
+        if percept is self._observed:  # nothing has changed since
+            return
+        cell, states, neighbours = percept.cell, self._states, around(percept.cell)
+        sensed = None if percept.sensed is None else neighbours[percept.sensed]
+        for target in self._targets.intersection(neighbours):
+            if target != sensed:  # the target has left
+                self._targets.remove(target)
+                states[target] = 0.0
+        if sensed is not None:
+            self._believe(sensed)
+        self._targets.discard(cell)
+        states[cell] = self._discount * max([states.get(neighbour, 0.0) for neighbour in neighbours])
+        self._observed = percept
 
     def _believe(self, cell: Cell) -> None:
         self._targets.add(cell)

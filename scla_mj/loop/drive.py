@@ -22,8 +22,6 @@ from scla_mj.world.world import Pose
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
     from scla_mj.loop.ahead import CompiledAhead
@@ -104,7 +102,8 @@ class Driver:
         and with those of `hold` since the last move.
         """
         grid = self._world.grid
-        goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(start_cell.after(action)))
+        beyond = start_cell.after(action)
+        goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(beyond))
         if self._odometer is not None:  # where it stands is to be known before it starts
             self.hold(standing)
             standing = 0
@@ -112,14 +111,16 @@ class Driver:
         blind = self._odometer is None or self._look is None
         longest = self._timeout_periods if blind else self._leg_periods
         periods, status = self._run(goal, longest, standing=standing)
-        if self._odometer is not None and self._look is not None and self._can_go_on():
+        if self._odometer is not None and self._look is not None and self._standing() is not None:
             periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
         trajectory = self._rows[: self._filled].copy()
         self._filled = 0
         duration_s = periods * self._clock.control_period_s
-        if not self._can_go_on():
+        pose = self._standing()
+        if pose is None:
             return Move(Outcome.FAILED, before, before, duration_s, math.nan, math.nan, True, trajectory)
-        return self._judge(action, start_cell, status, before, duration_s, trajectory)
+        after, outcome, off_m, off_rad = self._judge(start_cell, beyond, status, pose)
+        return Move(outcome, before, after, duration_s, off_m, off_rad, False, trajectory)
 
     def state(self) -> dict[str, Any]:
         """Return the run's time, and the rows that no move has taken yet."""
@@ -189,40 +190,26 @@ class Driver:
         pose = self._world.pose()
         return self._world.grid.cell_at(pose.x_m, pose.y_m) if pose.can_drive() else believed
 
-    def _can_go_on(self) -> bool:
-        """Tell whether the robot stands, and has a place in mind."""
-        pose, finite = self._pose()
-        if not (finite and pose.can_drive()):
-            return False
-        return self._odometer is None or bool(np.isfinite(self._odometer.estimate).all())
-
-    def _pose(self) -> tuple[Pose, bool]:
-        """Return where the robot has ended up, and whether its whole state is finite."""
+    def _standing(self) -> Pose | None:
+        """Return where the robot has ended up, or None for one that cannot go on: it lies, or has no place in mind."""
         x_m, y_m, heading_rad, upright, finite = self._ending.tolist()
-        return Pose(x_m, y_m, heading_rad, upright), bool(finite)
+        pose = Pose(x_m, y_m, heading_rad, upright)
+        lost = self._odometer is not None and not np.isfinite(self._odometer.estimate).all()
+        return pose if finite and pose.can_drive() and not lost else None
 
-    def _judge(
-        self,
-        action: Action,
-        start: Cell,
-        status: int,
-        before: Cell,
-        duration_s: float,
-        trajectory: NDArray[np.float64],
-    ) -> Move:
-        """Say how the move of a robot that can go on has ended, from its physical pose alone."""
-        grid, (pose, _) = self._world.grid, self._pose()
+    def _judge(self, start: Cell, beyond: Cell, status: int, pose: Pose) -> tuple[Cell, Outcome, float, float]:
+        """Say from the physical pose alone where the move has ended, how, and how far off the cell's centre it is."""
+        grid = self._world.grid
         after = grid.cell_at(pose.x_m, pose.y_m)
         outcome = Outcome.FAILED
-        if status == ARRIVED and after == start.after(action):
+        if status == ARRIVED and after == beyond:
             outcome = Outcome.MOVED
-        elif status == RETURNED and after == start and not grid.is_open(start.after(action)):
+        elif status == RETURNED and after == start and not grid.is_open(beyond):
             outcome = Outcome.BLOCKED
         x_m, y_m = grid.centre_m(after)
         off_m = math.hypot(pose.x_m - x_m, pose.y_m - y_m)
         quarter_turns = round(pose.heading_rad / (math.pi / 2))
-        off_rad = pose.heading_rad - quarter_turns * math.pi / 2
-        return Move(outcome, before, after, duration_s, off_m, off_rad, False, trajectory)
+        return after, outcome, off_m, pose.heading_rad - quarter_turns * math.pi / 2
 
     def _reserve(self, periods: int) -> None:
         """Make room for more rows (only a long series of holds needs it)."""

@@ -14,7 +14,7 @@ from scla_mj.signals import DecisionRecord, Feedback, Outcome, Percept
 if TYPE_CHECKING:
     from scla_mj.brain.base import Brain
     from scla_mj.clock import Clock
-    from scla_mj.grid import Grid, StartProtocol
+    from scla_mj.grid import Cell, Grid, StartProtocol
     from scla_mj.loop.drive import Driver
     from scla_mj.loop.floor import DirectionNoise
     from scla_mj.loop.localiser import Localiser
@@ -116,16 +116,19 @@ class Trial:
         self._failures, self._percept = state["failures"], None
         self.brain.restore(state["brain"])
 
-    def _sense(self) -> Percept:
-        pose = self.world.pose()
-        believed_m = None if self._localiser.odometer is None else self._localiser.position_m()
-        return self._sensor.sense(pose.x_m, pose.y_m, believed_m)
+    def _sense(self, cell: Cell | None = None) -> Percept:
+        """Return what the robot senses, which stands in `cell` if that is known."""
+        if cell is None:
+            pose = self.world.pose()
+            cell = self._grid.cell_at(pose.x_m, pose.y_m)
+        believed = cell if self._localiser.odometer is None else self._grid.cell_at(*self._localiser.position_m())
+        return self._sensor.sense(cell, believed)
 
     def _sense_after(self, move: Move, before: Percept) -> Percept:
         """Return what the robot senses after a move; one that is to be put down elsewhere knows no more than before."""
         if not move.fallen or self.world.can_drive():
             self._refuse_faults()
-        return before if move.fallen else self._sense()
+        return before if move.fallen else self._sense(move.after)
 
     def _given_up(self, move: Move, hit: bool) -> Move:
         """Count failures in a row, and take a robot that does nothing but fail for one that cannot drive on."""
@@ -146,4 +149,4 @@ class Trial:
         self.world.spawn(cell, heading_rad)
         self._localiser.told()
         self._driver.careful = False
-        self._failures, self._percept = 0, None
+        self._failures, self._percept = 0, self._sense(cell)

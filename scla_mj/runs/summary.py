@@ -7,6 +7,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scla_mj.config import RunConfig
 from scla_mj.grid import StartProtocol
 from scla_mj.markov import ceiling_hits_per_1000
@@ -102,7 +105,7 @@ class _Count:
     ceiling_hits_per_1000: float
     decisions: int = 0
     hits: int = 0
-    mean_weights: tuple[float, ...] | None = None
+    mean_weights: NDArray[np.float64] | None = None
 
 
 @dataclass
@@ -144,7 +147,7 @@ class Tally:
         count.decisions += 1
         count.hits += bool(record.hit)
         if record.activity is not None:
-            count.mean_weights = tuple(record.activity.mean_weights.tolist())
+            count.mean_weights = record.activity.mean_weights
         self._outcomes[record.move.outcome] += 1
         if math.isfinite(record.move.position_error_m):  # a robot that fell, a failed move, is nowhere
             self._max_error_m = max(self._max_error_m, abs(record.move.position_error_m))
@@ -159,7 +162,8 @@ class Tally:
     def epoch(self, epoch: int) -> EpochSummary:
         """Return the figures so far of an epoch that has at least one decision."""
         count = self._counts[epoch]
-        return epoch_summary(epoch, count.decisions, count.hits, count.ceiling_hits_per_1000, count.mean_weights)
+        means = None if count.mean_weights is None else tuple(count.mean_weights.tolist())
+        return epoch_summary(epoch, count.decisions, count.hits, count.ceiling_hits_per_1000, means)
 
     def state(self) -> dict[str, Any]:
         """Return everything that `restore` needs to go on from here."""
@@ -178,7 +182,7 @@ class Tally:
             means = count["mean_weights"]
             ceiling = epoch_ceiling_hits_per_1000(self._config, int(epoch))
             self._counts[int(epoch)] = _Count(
-                ceiling, count["decisions"], count["hits"], None if means is None else tuple(means)
+                ceiling, count["decisions"], count["hits"], None if means is None else np.array(means)
             )
         self._outcomes = {outcome: state["outcomes"][outcome.value] for outcome in Outcome}
         self._max_error_m = state["max_error_m"]
@@ -207,8 +211,8 @@ class Tally:
         )
 
 
-def _listed(means: tuple[float, ...] | None) -> list[float] | None:
-    return None if means is None else list(means)
+def _listed(means: NDArray[np.float64] | None) -> list[float] | None:
+    return None if means is None else means.tolist()
 
 
 def epoch_ceiling_hits_per_1000(config: RunConfig, epoch: int) -> float:

@@ -105,17 +105,24 @@ def _release(m: Any, released: Any) -> None:
 
 @cached_njit(neurons, rows, synapses, nogil=True)
 def run(
-    memory: Any, released: Any, steps: int, first_step: int, spike_step: Any, spike_neuron: Any, counts: Any
+    memory: Any,
+    released: Any,
+    steps: int,
+    first_step: int,
+    spike_step: Any,
+    spike_neuron: Any,
+    filled: int,
+    counts: Any,
 ) -> int:
     """Release dopamine, (8,), then advance the network by `steps` under the constant currents of its `drive`.
 
-    Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, which
-    must hold N a step, and one more; adds the spikes of each population to `counts`, (12,) int64. Returns the number of
-    spikes, or `NOT_FINITE` where a membrane potential no longer is.
+    Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, behind
+    those `filled`: there must be room for N a step, and one more. Adds the spikes of each population to `counts`, (12,)
+    int64. Returns how many are filled then, or `NOT_FINITE` where a membrane potential no longer is finite.
     """
     m = memory[0]
     _release(m, released)
-    total = done = 0
+    total, done = filled, 0
     while done < steps:
         length = min(m.stretch_steps, steps - done)
         start = first_step + done - 1

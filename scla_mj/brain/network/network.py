@@ -87,8 +87,7 @@ class Network:
     @property
     def dopamine(self) -> NDArray[np.float64]:
         """The dopamine concentration at each projection, (8,); a copy."""
-        concentration: NDArray[np.float64] = self.state.dopamine + self._due()
-        return concentration
+        return self.state.dopamine + self._due() if self._releases else self.state.dopamine.copy()
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, (8,)."""
@@ -114,20 +113,20 @@ class Network:
             released = self._take_due()
             size = min(self._steps_a_call, steps - done, self._steps_to_release())
             self._reserve(total, size)
-            spikes = kernel.run(
+            total = kernel.run(
                 self.memory,
                 released,
                 size,
                 first_step + done,
-                self._spike_step[total:],
-                self._spike_neuron[total:],
+                self._spike_step,
+                self._spike_neuron,
+                total,
                 counts,
             )
-            if spikes == kernel.NOT_FINITE:
+            if total == kernel.NOT_FINITE:
                 raise SclaError(
                     "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
                 )
-            total += spikes
             done += size
             self._steps += size
         return Spikes(self._spike_step[:total].copy(), self._spike_neuron[:total].copy(), counts)

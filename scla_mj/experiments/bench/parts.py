@@ -144,7 +144,7 @@ def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
     counts = np.zeros(len(POPULATIONS), np.int64)
     for drive, released in zip(drives, releases, strict=True):
         network.drive[:] = drive
-        kernel.run(network.memory, released, CHUNK_MS, 0, spike_step, spike_neuron, counts)
+        kernel.run(network.memory, released, CHUNK_MS, 0, spike_step, spike_neuron, 0, counts)
 
 
 @leaf_njit(from_python=True)

@@ -182,4 +182,4 @@ def replay_network(network: Network, tape: Tape) -> None:
     for call in tape.network:
         released = sum(call.released, start=nothing)
         network.drive[:] = 0.0 if call.drive is None else call.drive
-        kernel.run(network.memory, released, call.steps, 0, spike_step, spike_neuron, counts)
+        kernel.run(network.memory, released, call.steps, 0, spike_step, spike_neuron, 0, counts)
