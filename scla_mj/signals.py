@@ -78,7 +78,7 @@ class Activity(NamedTuple):
 
     `spike_step` counts neural steps from the decision's start and never falls; `spike_neuron` is the neuron's index.
     The first `thinking_spikes` spikes fell into the thinking window of `thinking_steps` steps. `mean_weights` and
-    `dopamine` (one value a projection) are those at the decision's end. `counts`, (2, 12), are the spikes of each
+    `dopamine` (one value a projection) are those at the decision's end. `counts`, (12,) each, are the spikes of every
     population in the thinking window and in the whole decision, from a brain that has counted them.
     """
 
@@ -89,7 +89,7 @@ class Activity(NamedTuple):
     steps: int
     mean_weights: NDArray[np.float64]
     dopamine: NDArray[np.float64]
-    counts: NDArray[np.int64] | None = None
+    counts: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
 
 
 class Snapshot(NamedTuple):

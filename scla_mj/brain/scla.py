@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,6 @@ from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snap
 if TYPE_CHECKING:
     from scla_mj.clock import Clock
     from scla_mj.config import Precision, RunConfig
-
-
-# What a used sensor teaches, (8,): its agreeing connection up, its opposite one down.
-_TAUGHT: Final = {
-    side: np.array([(1.0 if p.agrees else -1.0) if p.sensor == side else 0.0 for p in PROJECTIONS]) for side in Action
-}
 
 
 class SclaBrain(Brain):
@@ -47,9 +41,12 @@ class SclaBrain(Brain):
         self._ties = generator(config.seed, Consumer.TIES)
         self._sensory_drive = _drives(SENSORY, config.network.sensory_drive, config.network.precision)
         self._advice_drive = _drives(MOTOR, config.network.advice_drive, config.network.precision)
-        self._spikes = self.network.run(0)
+        release = config.plasticity.dopamine_release
+        self._taught = {side: release * _taught_by(side) for side in Action}
+        self._scalar = {hit: np.full(len(PROJECTIONS), release if hit else -release) for hit in (True, False)}
+        self._delay_steps = round(config.plasticity.dopamine_delay_s * 1000.0 / clock.neural_step_ms)
+        self._counts = self._thinking_counts = self.network.advance(0)
         self._thinking_spikes = self._driven_steps = 0
-        self._thinking_counts = self._spikes.counts
 
     def decide(self, percept: Percept) -> Decision:
         """Drive the sensed direction's population, or the motors that the automaton advises; the busiest motor wins."""
@@ -59,9 +56,10 @@ class SclaBrain(Brain):
         else:
             advised = self.automata.draw(percept.cell)
             drive = self._advice_drive[advised]
-        self._spikes = thought = self.network.run(self._clock.thinking_steps, drive)
-        self._thinking_spikes, self._thinking_counts, self._driven_steps = len(thought.step), thought.counts, 0
-        up, down, left, right = thought.counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
+        thought = self.network.advance(self._clock.thinking_steps, drive)
+        self._thinking_counts = self._counts = thought
+        self._thinking_spikes, self._driven_steps = self.network.spike_count, 0
+        up, down, left, right = thought[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
         counts = (up, down, left, right)
         return Decision(self._busiest(counts), advised, counts)
 
@@ -71,7 +69,7 @@ class SclaBrain(Brain):
             return
         steps = round(duration_s * 1000.0 / self._clock.neural_step_ms)
         self._driven_steps = steps
-        self._spikes = self.network.run(steps, first_step=self._clock.thinking_steps, after=self._spikes)
+        self._counts = self.network.advance(steps, goes_on=True)
 
     def learn(self, feedback: Feedback) -> None:
         """Release dopamine for a sensed target, and pass the network's signal on to the automata."""
@@ -85,15 +83,16 @@ class SclaBrain(Brain):
 
     def activity(self) -> Activity:
         """Return the spikes of the thinking window and of the drive."""
+        spikes = self.network.spikes()
         return Activity(
-            spike_step=self._spikes.step,
-            spike_neuron=self._spikes.neuron,
+            spike_step=spikes.step,
+            spike_neuron=spikes.neuron,
             thinking_spikes=self._thinking_spikes,
             thinking_steps=self._clock.thinking_steps,
             steps=self._clock.thinking_steps + self._driven_steps,
             mean_weights=self.network.mean_weights(),
             dopamine=self.network.dopamine,
-            counts=np.array((self._thinking_counts, self._spikes.counts)),
+            counts=(self._thinking_counts, self._counts),
         )
 
     def snapshot(self) -> Snapshot:
@@ -129,11 +128,20 @@ class SclaBrain(Brain):
         """Reward or punish the move that a sensed target called for; without one, the network is not taught."""
         if feedback.before.sensed is None:
             return
-        plasticity = self._config.plasticity
-        modulation = _scalar(feedback) if plasticity.modulation == "scalar" else _signed(feedback)
-        if modulation is not None:
-            delay_steps = round(plasticity.dopamine_delay_s * 1000.0 / self._clock.neural_step_ms)
-            self.network.release_dopamine(plasticity.dopamine_release * modulation, delay_steps=delay_steps)
+        amount = (
+            self._scalar[feedback.hit] if self._config.plasticity.modulation == "scalar" else self._signed(feedback)
+        )
+        if amount is not None:
+            self.network.release_dopamine(amount, delay_steps=self._delay_steps)
+
+    def _signed(self, feedback: Feedback) -> NDArray[np.float64] | None:
+        """Per connection: the sensed direction's agreeing one up, the opposite one down, the others not, (8,) or None.
+
+        The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one
+        (reduce what was taken, strengthen its opposite). A move to either side used neither connection.
+        """
+        sensed = feedback.before.sensed
+        return self._taught[sensed] if sensed is not None and feedback.action in (sensed, sensed.opposite) else None
 
     def _signal_automata(self, feedback: Feedback, *, punish: bool) -> None:
         """Pass on good and bad; an automaton is not punished for a direction that it did not choose."""
@@ -165,16 +173,6 @@ def _drives(populations: tuple[Population, ...], current: float, precision: Prec
     return drives
 
 
-def _signed(feedback: Feedback) -> NDArray[np.float64] | None:
-    """Per connection: the sensed direction's agreeing one up, the opposite one down, the others not, (8,) or None.
-
-    The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one (reduce
-    what was taken, strengthen its opposite). A move to either side used neither connection.
-    """
-    sensed = feedback.before.sensed
-    return _TAUGHT[sensed] if sensed is not None and feedback.action in (sensed, sensed.opposite) else None
-
-
-def _scalar(feedback: Feedback) -> NDArray[np.float64]:
-    """One value for all eight connections: reward for a hit, punishment for a miss, (8,)."""
-    return np.full(len(PROJECTIONS), 1.0 if feedback.hit else -1.0)
+def _taught_by(sensed: Action) -> NDArray[np.float64]:
+    """Return what a used sensor teaches, (8,): its agreeing connection up, its opposite one down."""
+    return np.array([(1.0 if p.agrees else -1.0) if p.sensor == sensed else 0.0 for p in PROJECTIONS])

@@ -146,7 +146,7 @@ class Trial:
         cell = self._starts[self._spawn.integers(len(self._starts))]
         heading_rad = _QUARTER_TURN_RAD * int(self._spawn.integers(4))
         self._disturbance.renew()
-        self.world.spawn(cell, heading_rad)
+        self.world.spawn(cell, heading_rad, derive=False)
         self._localiser.told()
         self._driver.careful = False
         self._failures, self._percept = 0, self._sense(cell)

@@ -91,8 +91,10 @@ class World:
         view: NDArray[np.float64] = self.data.sensordata[first : first + len(names.TOUCH_SENSORS)]
         return view
 
-    def spawn(self, cell: Cell, heading_rad: float) -> None:
+    def spawn(self, cell: Cell, heading_rad: float, *, derive: bool = True) -> None:
         """Put the robot at rest on a cell's centre: whole state reset, time 0, standing at its own resting height.
+
+        `derive` what MuJoCo derives from the state, such as the places of geoms: whoever steps next need not.
 
         Raises:
             SclaError: the cell is closed or off the floor.
@@ -104,8 +106,10 @@ class World:
             spawned = self._put_down(cell, heading_rad)
             if len(self._spawned) < _SPAWNS_KEPT:
                 self._spawned[cell, heading_rad] = spawned
-        mujoco.mj_setState(self.model, self.data, spawned, _INTEGRATION)
-        mujoco.mj_forward(self.model, self.data)
+        if derive:
+            self._set(spawned)
+        else:
+            mujoco.mj_setState(self.model, self.data, spawned, _INTEGRATION)
         self.steps = 0
 
     def _put_down(self, cell: Cell, heading_rad: float) -> NDArray[np.float64]:
@@ -117,6 +121,7 @@ class World:
         self._qpos[:2] = self.grid.centre_m(cell)
         turn = np.array([math.cos(heading_rad / 2), 0.0, 0.0, math.sin(heading_rad / 2)])
         mujoco.mju_mulQuat(self._qpos[3:7], turn, self._resting_qpos[3:7])
+        mujoco.mj_forward(self.model, self.data)
         return self._integrated()
 
     def move_target(self, cell: Cell) -> None:
@@ -134,10 +139,13 @@ class World:
         What MuJoCo derives from a state, such as the places of geoms, is that of the latest step while the robot
         drives, and that of the pose itself after this: whoever reads it must compute it first.
         """
-        mujoco.mj_setState(self.model, self.data, state["physics"], _INTEGRATION)
-        mujoco.mj_forward(self.model, self.data)
-        mujoco.mj_setState(self.model, self.data, state["physics"], _INTEGRATION)  # the solver's warm start too
+        self._set(state["physics"])
         self.steps = state["steps"]
+
+    def _set(self, state: NDArray[np.float64]) -> None:
+        mujoco.mj_setState(self.model, self.data, state, _INTEGRATION)
+        mujoco.mj_forward(self.model, self.data)
+        mujoco.mj_setState(self.model, self.data, state, _INTEGRATION)  # the solver's warm start too
 
     def _integrated(self) -> NDArray[np.float64]:
         state = np.empty(mujoco.mj_stateSize(self.model, _INTEGRATION))

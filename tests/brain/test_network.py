@@ -142,7 +142,7 @@ def _noise_current(network):
     state, parameters = network.state, network.parameters
     neurons.gather_current(
         state.synaptic,
-        network.drive,
+        np.zeros(1000),
         state.noise_low,
         state.noise_high,
         parameters.noise_amplitude,

@@ -106,6 +106,7 @@ def _release(m: Any, released: Any) -> None:
 @cached_njit(neurons, rows, synapses, nogil=True)
 def run(
     memory: Any,
+    drive: Any,
     released: Any,
     steps: int,
     first_step: int,
@@ -114,13 +115,15 @@ def run(
     filled: int,
     counts: Any,
 ) -> int:
-    """Release dopamine, (8,), then advance the network by `steps` under the constant currents of its `drive`.
+    """Release dopamine, (8,), then advance the network by `steps` under constant currents, (N,).
 
     Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, behind
     those `filled`: there must be room for N a step, and one more. Adds the spikes of each population to `counts`, (12,)
     int64. Returns how many are filled then, or `NOT_FINITE` where a membrane potential no longer is finite.
     """
     m = memory[0]
+    for i in range(m.drive.shape[0]):
+        m.drive[i] = drive[i]
     _release(m, released)
     total, done = filled, 0
     while done < steps:

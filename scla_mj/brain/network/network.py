@@ -33,6 +33,10 @@ class Network:
     """1000 Izhikevich neurons, 80,000 plastic synapses, dopamine (paper, Tables 3 and 4, equations 1 to 4).
 
     `neurons`, a multiple of 1000, makes a larger one with as many synapses a neuron (see anatomy.py).
+
+    Attributes:
+        state: what changes with time, views of `memory`, which is what the kernel works on.
+        spike_count: spikes in the last window, from one call of `advance` that does not go on to the next.
     """
 
     def __init__(
@@ -49,13 +53,15 @@ class Network:
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
         self.memory = new_memory(self.parameters)
         self.state = state_of(self.memory)
-        self.drive: NDArray[Any] = self.memory["drive"][0]
         begin(self.state, network, weights=weights, noise=noise)
         self._steps_a_call = max(STRETCH_STEPS, _SPIKES_A_CALL // neurons)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._nothing = np.zeros(len(PROJECTIONS))
-        self._no_spikes = np.zeros(len(POPULATIONS), np.int64)
+        self._undriven = np.zeros(neurons, self._real)
+        self._counts = np.zeros(len(POPULATIONS), np.int64)
+        self._window_steps = 0
+        self.spike_count = 0
         self._spike_step = np.empty(2 * _SPIKES_A_CALL, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
         self._means = np.empty(len(self.state.weight))
@@ -94,42 +100,61 @@ class Network:
         readers.mean_weights(self.memory, self._mean_at, self._means)
         return self._means.copy()
 
-    def run(
-        self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0, after: Spikes | None = None
-    ) -> Spikes:
+    def run(self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0) -> Spikes:
         """Run `steps` neural steps under a constant current into each neuron, (N,), and return the spikes.
 
-        `first_step` is the number that the first step's spikes carry. With `after`, which must be what the last run
-        returned, the new spikes follow those in what is returned.
+        `first_step` is the number that the first step's spikes carry.
 
         Raises:
             SclaError: a membrane potential is no longer finite.
         """
-        self.drive[:] = 0.0 if drive is None else drive
-        counts = self._no_spikes.copy() if after is None else after.counts.copy()
-        total = 0 if after is None else len(after.step)
-        done = 0
-        while done < steps:
+        self.advance(steps, drive)
+        spikes = self.spikes()
+        return spikes._replace(step=spikes.step + np.int32(first_step))
+
+    def advance(self, steps: int, drive: NDArray[Any] | None = None, *, goes_on: bool = False) -> NDArray[np.int64]:
+        """Run as `run` does; return how often each population has fired, (12,).
+
+        `goes_on` with the window before: its spikes are still there, and counted.
+
+        Raises:
+            SclaError: a membrane potential is no longer finite.
+        """
+        drive = self._undriven if drive is None else np.ascontiguousarray(drive, self._real)
+        if goes_on:
+            counts = self._counts.copy()
+        else:
+            counts = np.zeros_like(self._counts)
+            self.spike_count = self._window_steps = 0
+        self._counts, wanted = counts, self._window_steps + steps
+        while self._window_steps < wanted:
             released = self._take_due()
-            size = min(self._steps_a_call, steps - done, self._steps_to_release())
-            self._reserve(total, size)
-            total = kernel.run(
+            size = min(self._steps_a_call, wanted - self._window_steps, self._steps_to_release())
+            self._reserve(size)
+            filled = kernel.run(
                 self.memory,
+                drive,
                 released,
                 size,
-                first_step + done,
+                self._window_steps,
                 self._spike_step,
                 self._spike_neuron,
-                total,
+                self.spike_count,
                 counts,
             )
-            if total == kernel.NOT_FINITE:
+            if filled == kernel.NOT_FINITE:
                 raise SclaError(
                     "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
                 )
-            done += size
+            self.spike_count = filled
+            self._window_steps += size
             self._steps += size
-        return Spikes(self._spike_step[:total].copy(), self._spike_neuron[:total].copy(), counts)
+        return counts
+
+    def spikes(self) -> Spikes:
+        """Return the spikes of the last window, their steps counted from its beginning; copies."""
+        count = self.spike_count
+        return Spikes(self._spike_step[:count].copy(), self._spike_neuron[:count].copy(), self._counts)
 
     def saved(self) -> dict[str, Any]:
         """Return copies of all that `restore` needs: the arrays of `state`, the steps so far, dopamine on its way."""
@@ -146,9 +171,9 @@ class Network:
         self._releases = [(release["due"], release["amount"]) for release in saved["releases"]]
         self._means[:], self._mean_at[:] = saved["means"]["values"], saved["means"]["at"]
 
-    def _reserve(self, spikes: int, steps: int) -> None:
-        """Make room for a spike of every neuron in every step, behind the `spikes` that there are."""
-        wanted = spikes + steps * len(self.drive) + 1
+    def _reserve(self, steps: int) -> None:
+        """Make room for a spike of every neuron in every step, behind those that there are."""
+        wanted = self.spike_count + steps * len(self._undriven) + 1
         if wanted > len(self._spike_step):
             room = np.empty(2 * wanted - len(self._spike_step), np.int32)
             self._spike_step, self._spike_neuron = (
@@ -161,7 +186,8 @@ class Network:
 
     def _due(self) -> NDArray[np.float64]:
         """Return the dopamine that is to be released before the next step, (8,)."""
-        return sum((amount for due, amount in self._releases if due <= self._steps), start=self._nothing)
+        amounts = [amount for due, amount in self._releases if due <= self._steps]
+        return amounts[0] if len(amounts) == 1 else sum(amounts, start=self._nothing)
 
     def _take_due(self) -> NDArray[np.float64]:
         """Return the same, and forget it."""

@@ -28,7 +28,7 @@ class Parts(NamedTuple):
 
     `floor`: 1000 bare neuron updates with noise, one fused loop. `stretch` is opened and closed once in 50 ms and
     counted by the ms. `sensory` is a spike without dopamine, `dosed` one with it. `whole`: the compiled kernel alone;
-    `chunked`: the same through `Network.run`, as the brain calls it. `sensory_spikes`, `motor_spikes`: how many of them
+    `chunked`: the same through `Network.advance`, as the brain calls it. `sensory_spikes`, `motor_spikes`: how many of them
     a network ms holds; `share`: of the former, how many meet dopamine.
     """
 
@@ -143,8 +143,7 @@ def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts = np.zeros(len(POPULATIONS), np.int64)
     for drive, released in zip(drives, releases, strict=True):
-        network.drive[:] = drive
-        kernel.run(network.memory, released, CHUNK_MS, 0, spike_step, spike_neuron, 0, counts)
+        kernel.run(network.memory, drive, released, CHUNK_MS, 0, spike_step, spike_neuron, 0, counts)
 
 
 @leaf_njit(from_python=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import POPULATIONS, PROJECTIONS
 from scla_mj.brain.network import kernel
-from scla_mj.brain.network.network import Network, Spikes
+from scla_mj.brain.network.network import Network
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
@@ -85,16 +85,15 @@ class _TapedNetwork(Network):
         self._tape = tape
         self._waiting: list[NDArray[np.float64]] = []
 
-    def run(
-        self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0, after: Spikes | None = None
-    ) -> Spikes:
-        """Run as ever, and keep the call."""
-        spikes = super().run(steps, drive, first_step=first_step, after=after)
+    def advance(self, steps: int, drive: NDArray[Any] | None = None, *, goes_on: bool = False) -> NDArray[np.int64]:
+        """Advance as ever, and keep the call."""
+        before = self.spike_count if goes_on else 0
+        counts = super().advance(steps, drive, goes_on=goes_on)
         if steps:
             self._tape.network.append(NetworkCall(steps, drive, tuple(self._waiting)))
             self._waiting.clear()
-            self._tape.spikes += len(spikes.step) - (0 if after is None else len(after.step))
-        return spikes
+            self._tape.spikes += self.spike_count - before
+        return counts
 
     def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
         """Release as ever, and keep the amount."""
@@ -179,7 +178,8 @@ def replay_network(network: Network, tape: Tape) -> None:
     room = longest * len(network.state.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
+    undriven = np.zeros_like(network.state.v)
     for call in tape.network:
         released = sum(call.released, start=nothing)
-        network.drive[:] = 0.0 if call.drive is None else call.drive
-        kernel.run(network.memory, released, call.steps, 0, spike_step, spike_neuron, 0, counts)
+        drive = undriven if call.drive is None else call.drive
+        kernel.run(network.memory, drive, released, call.steps, 0, spike_step, spike_neuron, 0, counts)

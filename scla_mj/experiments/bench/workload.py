@@ -64,5 +64,5 @@ def run_chunks(network: Network, workload: Workload) -> NDArray[np.int64]:
     for drive, release in zip(workload.drives, workload.releases, strict=True):
         if release.any():
             network.release_dopamine(release)
-        counts += network.run(CHUNK_MS, drive).counts
+        counts += network.advance(CHUNK_MS, drive)
     return counts
