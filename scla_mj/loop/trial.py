@@ -132,7 +132,7 @@ class Trial:
 
     def _given_up(self, move: Move, hit: bool) -> Move:
         """Count failures in a row, and take a robot that does nothing but fail for one that cannot drive on."""
-        self._failures = self._failures + 1 if move.outcome == Outcome.FAILED and not hit else 0
+        self._failures = self._failures + 1 if move.outcome is Outcome.FAILED and not hit else 0
         return move._replace(fallen=True) if self._failures >= _HELPLESS_MOVES else move
 
     def _refuse_faults(self) -> None:

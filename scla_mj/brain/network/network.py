@@ -124,7 +124,7 @@ class Network:
         if goes_on:
             counts = self._counts.copy()
         else:
-            counts = np.zeros_like(self._counts)
+            counts = np.zeros(len(POPULATIONS), np.int64)
             self.spike_count = self._window_steps = 0
         self._counts, wanted = counts, self._window_steps + steps
         while self._window_steps < wanted:
