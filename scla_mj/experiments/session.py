@@ -16,7 +16,7 @@ from scla_mj.runs.brain import write_brain
 from scla_mj.runs.checkpoint import remove_checkpoint, write_checkpoint
 from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.seal import write_seal
-from scla_mj.runs.summary import EpochSummary, Summary, epoch_ceiling_hits_per_1000, write_summary
+from scla_mj.runs.summary import Summary, Tally, epoch_ceiling_hits_per_1000, write_summary
 
 if TYPE_CHECKING:
     from scla_mj.loop.trial import Trial
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 _PROBABILITIES_EVERY: Final = 50
 """Decisions between two pictures of the policy: it is seen to change, for 2 ms a picture."""
 
-Watch = Callable[["DecisionRecord", EpochSummary], None]
+Watch = Callable[["DecisionRecord", Tally], None]
+"""Takes every decision, and the count so far, which can be asked for any epoch's figures."""
 
 
 class Session:
@@ -93,7 +94,7 @@ class Session:
                 record = self._decide(number, log)
                 self._whole = True
                 if watch is not None:
-                    watch(record, self._account.tally.epoch(record.epoch))
+                    watch(record, self._account.tally)
                 if time.monotonic() - saved_s >= self._period_s:
                     self._save(log)
                     saved_s = time.monotonic()

@@ -1,7 +1,9 @@
 """The bench replays what really happened, bit for bit, and computes its ratios right: or it would be worth nothing."""
 
+import collections
 import json
 import math
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,11 @@ from scla_mj.loop.drive import Driver
 CONFIG = RunConfig(epochs=1, decisions=30, protocol="sensed-start")
 
 
+def exhaust(replay):
+    """Let a replay go through to its end."""
+    collections.deque(replay, maxlen=0)
+
+
 @pytest.fixture(scope="module")
 def recorded():
     """A rollout's tape, and where the rollout ended."""
@@ -33,7 +40,7 @@ def recorded():
 def test_the_replayed_network_ends_where_the_rollouts_ended(recorded):
     played, run, _, spikes = recorded
     bare = rollouts.fresh_network(CONFIG)
-    tape.replay_network(bare, played)
+    exhaust(tape.replay_network(bare, played))
     np.testing.assert_array_equal(bare.weights, run.brain.network.weights)
     np.testing.assert_array_equal(bare.state.v, run.brain.network.state.v)
     assert played.spikes == spikes
@@ -44,9 +51,9 @@ def test_the_replayed_physics_and_moves_end_where_the_rollouts_ended(recorded):
     played, _, ended, _ = recorded
     clock = CONFIG.build_clock()
     bare, moved = build_trial(CONFIG).world, build_trial(CONFIG).world
-    tape.replay_physics(bare, played, clock.physics_steps_per_control)
+    exhaust(tape.replay_physics(bare, played, clock.physics_steps_per_control))
     np.testing.assert_array_equal(bare.data.qpos, ended)
-    tape.replay_moves(moved, Driver(moved, clock, CONFIG.controller), played, clock.thinking_controls)
+    exhaust(tape.replay_moves(moved, Driver(moved, clock, CONFIG.controller), played, clock.thinking_controls))
     np.testing.assert_array_equal(moved.data.qpos, ended)
     assert moved.data.time == bare.data.time
 
@@ -108,6 +115,44 @@ def test_a_median_leaves_the_first_repetition_and_the_preparation_out():
     found = timing.median_cpu_s({"burn": contender}, repetitions=1, watch=lambda: ticks.append(1))
     assert 0.009 < found["burn"] < 0.04
     assert len(ticks) == 2
+
+
+def test_contenders_with_turns_take_them_in_step():
+    seen = []
+
+    def work(name, decisions):
+        for number in range(decisions):
+            seen.append(f"{name}{number // timing.TURN}")
+            yield
+
+    def rollout(watch):
+        for number in range(60):
+            seen.append(f"c{number // timing.TURN}")
+            watch()
+
+    contenders = {
+        "a": timing.Contender(lambda: 60, lambda decisions: timing.turns(work("a", decisions))),
+        "b": timing.Contender(timing.nothing, lambda _: timing.turns(work("b", 60))),
+        "c": timing.Contender(timing.nothing, lambda _: timing.paced(rollout)),
+    }
+    assert timing.spent_s(contenders).keys() == contenders.keys()
+    assert list(dict.fromkeys(seen)) == ["a0", "b0", "c0", "a1", "b1", "c1", "a2", "b2", "c2"]
+    assert len(seen) == 180
+
+
+def test_a_rollout_that_fails_in_its_thread_fails_here_and_one_that_is_left_ends():
+    def failing(watch):
+        for _ in range(timing.TURN):
+            watch()
+        raise SclaError("the disk is full")
+
+    threads = threading.active_count()
+    with pytest.raises(SclaError, match="the disk is full"):
+        exhaust(timing.paced(failing))
+    left = timing.paced(lambda watch: exhaust(watch() for _ in range(1000)))
+    next(left)
+    left.close()
+    assert threading.active_count() == threads
 
 
 def test_growth_is_judged_by_ten_times_as_many_neurons():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Iterator
 from typing import Any, Final
 
 import mujoco
@@ -13,7 +14,7 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments.assemble import build_trial
 from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
 from scla_mj.experiments.bench.tape import Tape, record, replay_moves, replay_physics, set_physics_state
-from scla_mj.experiments.bench.timing import Contender, Watch, median_cpu_s, nothing
+from scla_mj.experiments.bench.timing import Contender, Watch, median_cpu_s, nothing, turns
 from scla_mj.loop.drive import Driver
 from scla_mj.world.world import World
 
@@ -39,10 +40,12 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Sheet:
     steps = clock.physics_steps_per_control
     environment = _environment(worlds["dm_control"], steps, clock.control_period_s)
     contenders = {
-        "bare": Contender(nothing, lambda _: replay_physics(worlds["bare"], tape, steps)),
-        "moves": Contender(nothing, lambda _: replay_moves(worlds["moves"], driver, tape, clock.thinking_controls)),
-        "python": Contender(nothing, lambda _: _step_in_python(worlds["python"], tape, steps)),
-        "dm_control": Contender(nothing, lambda _: _step_environment(worlds["dm_control"], environment, tape)),
+        "bare": Contender(nothing, lambda _: turns(replay_physics(worlds["bare"], tape, steps))),
+        "moves": Contender(
+            nothing, lambda _: turns(replay_moves(worlds["moves"], driver, tape, clock.thinking_controls))
+        ),
+        "python": Contender(nothing, lambda _: turns(_step_in_python(worlds["python"], tape, steps))),
+        "dm_control": Contender(nothing, lambda _: turns(_step_environment(worlds["dm_control"], environment, tape))),
     }
     seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
     for name, world in worlds.items():
@@ -71,7 +74,7 @@ def _sheet(seconds: dict[str, float], tape: Tape, *, decisions: int) -> Sheet:
     return doubted(table, FLOOR_ABOVE) if values["moves_ratio"] < 1 else table
 
 
-def _step_in_python(world: World, tape: Tape, steps: int) -> None:
+def _step_in_python(world: World, tape: Tape, steps: int) -> Iterator[None]:
     model, data = world.model, world.data
     for state, attempts in tape.episodes:
         set_physics_state(world, state)
@@ -80,6 +83,7 @@ def _step_in_python(world: World, tape: Tape, steps: int) -> None:
                 _ = data.qpos.copy(), data.qvel.copy()
                 data.ctrl[:] = command
                 mujoco.mj_step(model, data, nstep=steps)
+            yield
 
 
 def _environment(world: World, steps: int, period_s: float) -> Any:
@@ -117,9 +121,10 @@ def _environment(world: World, steps: int, period_s: float) -> Any:
     return environment
 
 
-def _step_environment(world: World, environment: Any, tape: Tape) -> None:
+def _step_environment(world: World, environment: Any, tape: Tape) -> Iterator[None]:
     for state, attempts in tape.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
             for command in attempt.commands:
                 environment.step(command)
+            yield

@@ -28,8 +28,8 @@ class Parts(NamedTuple):
 
     `floor`: 1000 bare neuron updates with noise, one fused loop. `stretch` is opened and closed once in 50 ms and
     counted by the ms. `sensory` is a spike without dopamine, `dosed` one with it. `whole`: the compiled kernel alone;
-    `chunked`: the same through `Network.advance`, as the brain calls it. `sensory_spikes`, `motor_spikes`: how many of them
-    a network ms holds; `share`: of the former, how many meet dopamine.
+    `chunked`: the same through `Network.advance`, as the brain calls it. `sensory_spikes`, `motor_spikes`: how many of
+    them a network ms holds; `share`: of the former, how many meet dopamine.
     """
 
     floor: float

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -15,7 +17,7 @@ from scla_mj.config import RunConfig, Telemetry
 from scla_mj.experiments.assemble import build_trial
 from scla_mj.experiments.bench.sheet import FLOOR_ABOVE, Sheet, against, doubted
 from scla_mj.experiments.bench.tape import Tape, record, replay_network, replay_physics
-from scla_mj.experiments.bench.timing import Contender, Watch, median_cpu_s, nothing
+from scla_mj.experiments.bench.timing import Contender, Watch, median_cpu_s, nothing, paced, turns
 from scla_mj.experiments.rollout import rollout
 
 TELEMETRY: Final[tuple[Telemetry, ...]] = ("off", "light", "full")
@@ -154,8 +156,8 @@ def bare_cpu_s(config: RunConfig) -> float:
     for one in (dataclasses.replace(config, epochs=1, decisions=1), config):
         tape, network = record(one), fresh_network(config)
         started_s = time.process_time()
-        replay_physics(world, tape, steps)
-        replay_network(network, tape)
+        for _ in itertools.chain(replay_physics(world, tape, steps), replay_network(network, tape)):
+            pass
         cpu_s = time.process_time() - started_s
     return cpu_s
 
@@ -163,8 +165,8 @@ def bare_cpu_s(config: RunConfig) -> float:
 def _contenders(config: RunConfig, tape: Tape, sizes: dict[str, int]) -> dict[str, Contender]:
     world, steps = build_trial(config).world, config.build_clock().physics_steps_per_control
     contenders = {
-        "physics": Contender(nothing, lambda _: replay_physics(world, tape, steps)),
-        "network": Contender(lambda: fresh_network(config), lambda network: replay_network(network, tape)),
+        "physics": Contender(nothing, lambda _: turns(replay_physics(world, tape, steps))),
+        "network": Contender(lambda: fresh_network(config), lambda network: turns(replay_network(network, tape))),
     }
     one = dataclasses.replace(config, epochs=1, decisions=1)
     for telemetry in TELEMETRY:
@@ -177,11 +179,11 @@ def whole(config: RunConfig, telemetry: Telemetry, name: str, sizes: dict[str, i
     """Return a whole rollout, files and all, to be timed; the recording's size goes to `sizes` under `name`."""
     chosen = dataclasses.replace(config, telemetry=telemetry)
 
-    def work(_: object) -> None:
+    def run_through(watch: Callable[..., None]) -> None:
         with tempfile.TemporaryDirectory() as folder:
             run = Path(folder) / "run"
-            rollout(chosen, run, pictures=False)
+            rollout(chosen, run, watch=watch, pictures=False)
             if telemetry != "off":
                 sizes[name] = (run / paths.RECORDING_RRD).stat().st_size
 
-    return Contender(nothing, work)
+    return Contender(nothing, lambda _: paced(run_through))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -148,12 +149,13 @@ def set_physics_state(world: World, state: NDArray[np.float64]) -> None:
     mujoco.mj_setState(world.model, world.data, state, _STATE)
 
 
-def replay_physics(world: World, tape: Tape, steps_a_period: int) -> None:
-    """Step the bare physics under the tape's commands, a compiled loop of `mj_step` and nothing else."""
+def replay_physics(world: World, tape: Tape, steps_a_period: int) -> Iterator[None]:
+    """Step the bare physics under the tape's commands, a compiled loop of `mj_step` alone; yields decisions."""
     for state, attempts in tape.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
             _step_through(world.model._address, world.data._address, world.data.ctrl, attempt.commands, steps_a_period)
+            yield
 
 
 @leaf_njit(from_python=True, nogil=True)
@@ -164,22 +166,25 @@ def _step_through(model: int, data: int, ctrl: Any, commands: Any, steps: int) -
             mj_step(model, data)
 
 
-def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: int) -> None:
-    """Carry out the tape's attempts again, controller and all."""
+def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: int) -> Iterator[None]:
+    """Carry out the tape's attempts again, controller and all; yields decisions."""
     for state, attempts in tape.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
             driver.drive(attempt.action, attempt.cell, standing=thinking_controls)
+            yield
 
 
-def replay_network(network: Network, tape: Tape) -> None:
-    """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept."""
+def replay_network(network: Network, tape: Tape) -> Iterator[None]:
+    """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept; yields thinking windows."""
     longest = max((call.steps for call in tape.network), default=0)
     room = longest * len(network.state.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
     undriven = np.zeros_like(network.state.v)
     for call in tape.network:
+        if call.drive is not None:
+            yield
         released = sum(call.released, start=nothing)
         drive = undriven if call.drive is None else call.drive
         kernel.run(network.memory, drive, released, call.steps, 0, spike_step, spike_neuron, 0, counts)
