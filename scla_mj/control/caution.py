@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from numba import njit
-
+from scla_mj.compiled import leaf_njit
 from scla_mj.control.motion import Gains, Motion, State
 
 _SLIP_M_S: Final = 0.10
@@ -17,14 +16,14 @@ CAREFUL_SHARE: Final = 0.3
 """After that it drives with this share of its accelerations, half of its speeds and gains, and wider tolerances."""
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def roll_along(state: State, motion: Motion, careful: bool) -> State:
     """Command the speeds that the body has, so that the wheels pass no force on to it."""
     along = state.direction * motion.speed_m_s
     return State(state.phase, state.course_rad, state.direction, state.aims, along, motion.turn_rate_rad_s, careful)
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def slips(state: State, motion: Motion, gains: Gains) -> bool:
     """Tell whether the body does not do as the wheels were told."""
     off = abs(motion.speed_m_s - state.direction * state.speed_m_s)
@@ -35,7 +34,7 @@ def slips(state: State, motion: Motion, gains: Gains) -> bool:
     )
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def careful_gains(gains: Gains) -> Gains:
     """Return the gains of a robot that has slipped."""
     return Gains(

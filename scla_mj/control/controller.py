@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from numba import njit
-
+from scla_mj.compiled import leaf_njit
 from scla_mj.control.caution import CAREFUL_SHARE, careful_gains, roll_along, slips
 from scla_mj.control.motion import (
     AGAIN,
@@ -43,7 +42,7 @@ _TIPPING_COSINE: Final = 0.995
 accelerations lean it by less than 2 degrees."""
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def begin(goal: Goal, heading_rad: float, careful: bool = False) -> State:
     """Return the state at the start of a move: outward bound, in reverse if the target lies behind."""
     course = math.atan2(goal.target_y_m - goal.start_y_m, goal.target_x_m - goal.start_x_m)
@@ -51,14 +50,14 @@ def begin(goal: Goal, heading_rad: float, careful: bool = False) -> State:
     return state
 
 
-@njit(inline="always")
+@leaf_njit()
 def aim(phase: int, course_rad: float, heading_rad: float, aims: int, careful: bool) -> State:
     """Return the state of a robot at rest that is to travel along a course, backwards if it faces away from it."""
     direction = -1.0 if math.cos(course_rad - heading_rad) < _REVERSE_COSINE else 1.0
     return State(phase, course_rad, direction, aims, 0.0, 0.0, careful)
 
 
-@njit(inline="always")
+@leaf_njit(from_python=True)
 def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State, float, float, int]:
     """Run one control period.
 
@@ -103,7 +102,7 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
     return state, (drive - spread) / gains.wheel_radius_m, (drive + spread) / gains.wheel_radius_m, DRIVING
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _touch(state: State, motion: Motion, goal: Goal, gains: Gains) -> State:
     """Turn back from a wall in the way; after a touch where no such wall can be, set out or aim again."""
     forwards = state.direction > 0.0
@@ -125,7 +124,7 @@ def _touch(state: State, motion: Motion, goal: Goal, gains: Gains) -> State:
     return turned_back
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _at_rest_there(state: State, motion: Motion, ahead_m: float, gains: Gains) -> bool:
     """Tell whether the robot is level with its target, and slow and straight enough to leave it at that."""
     facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi
@@ -136,7 +135,7 @@ def _at_rest_there(state: State, motion: Motion, ahead_m: float, gains: Gains) -
     )
 
 
-@njit(inline="always")
+@leaf_njit(inline="always")
 def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: float, gains: Gains) -> State:
     """Turn towards the line, and drive along it once roughly aligned, both on braking curves."""
     facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi

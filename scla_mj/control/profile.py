@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from scla_mj.compiled import leaf_njit
 
 
-@njit(inline="always")
+@leaf_njit(from_python=True)
 def wrap_angle(angle_rad: float) -> float:
     """Return the same angle in -pi..pi."""
     return math.atan2(math.sin(angle_rad), math.cos(angle_rad))
 
 
-@njit(inline="always")
+@leaf_njit(from_python=True)
 def braking_speed(distance: float, top: float, deceleration: float, rate_per_s: float) -> float:
     """Return the signed speed from which a constant deceleration ends at the target, softened near it.
 
@@ -25,7 +25,7 @@ def braking_speed(distance: float, top: float, deceleration: float, rate_per_s: 
     return math.copysign(min(speed, top), distance)
 
 
-@njit(inline="always")
+@leaf_njit(from_python=True)
 def slew(previous: float, wanted: float, change: float) -> float:
     """Return `wanted`, or as near to it as `change` away from `previous` allows."""
     return min(max(wanted, previous - change), previous + change)

@@ -1,8 +1,9 @@
 """The first run on a machine compiles the network and the drive, which takes seconds: the drive is compiled beside it.
 
-numba compiles one function at a time in a process, so a second process compiles the loop of control periods into the
-cache that both share, while this one compiles the network. It is started only where nothing is cached yet, and
-`join` waits for it before the first drive. Whatever becomes of it, the drive is compiled here if the cache lacks it.
+numba compiles one function at a time in a process, so a second process compiles the loop of control periods, and what
+reads the network's weights, into the cache that both share, while this one compiles the network itself. It is started
+only where nothing is cached yet, and `join` waits for it before the first drive. Whatever becomes of it, what the cache
+lacks is compiled here.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ import sys
 from pathlib import Path
 from typing import Any, Final
 
+from scla_mj.brain.network.network import Network
 from scla_mj.config import RunConfig
 from scla_mj.loop.drive import Driver
+from scla_mj.randomness import Consumer, generator, seed_sequence
 from scla_mj.world.world import World
 
 _PATIENCE_S: Final = 30.0
@@ -66,10 +69,19 @@ def _is_cached(compiled: Any) -> bool:
 
 
 def compile_here() -> None:
-    """Have the loop of control periods compiled, or taken from the cache, by driving a robot nowhere."""
+    """Have all this compiled, or taken from the cache, by driving a robot nowhere and reading a network's weights."""
     config = RunConfig()
     clock = config.build_clock()
     Driver(World(config.build_grid(), clock), clock, config.controller).hold(1)
+    network = Network(
+        config.network,
+        config.plasticity,
+        neural_step_ms=clock.neural_step_ms,
+        weights=generator(config.seed, Consumer.WEIGHTS),
+        noise=seed_sequence(config.seed, Consumer.NOISE),
+    )
+    network.mean_weights()
+    _ = network.weights
 
 
 if __name__ == "__main__":
