@@ -174,8 +174,9 @@ def test_a_larger_network_runs_its_share_of_the_work():
 def test_a_long_runs_tail_is_its_last_thousand_over_its_second():
     ends = [5.0, 8.0, 11.0, 14.3]
     long = {"cpu_s": ends, "simulated_s": [10.0, 20.0, 30.0, 41.0], "peak_mb": 360.0, "total_cpu_s": 15.0}
-    values = processes.long_sheet({"peak_mb": 330.0}, long, bare_s=12.0).values
+    values = processes.long_sheet({"peak_mb": 330.0}, long, bare_s=[3.5, 2.5, 3.25, 2.75]).values
     assert values["tail"] == pytest.approx(1.1)
+    assert values["tail_over_bare_parts"] == pytest.approx(1.0)
     assert values["tail_by_simulated_second"] == pytest.approx(1.0)
     assert values["growth_mb"] == pytest.approx(30.0)
     assert values["ratio"] == pytest.approx(1.25)

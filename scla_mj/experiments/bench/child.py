@@ -1,7 +1,8 @@
 """`python -m scla_mj.experiments.bench.child TASK JSON`: one thing that is measured in a process of its own.
 
 Prints a line of JSON. `first`: time to the end of the first decision; `long`: a rollout's CPU time by stretches of
-decisions and the process's peak memory.
+decisions and the process's peak memory. A long run with a `pace` prints an empty line after every so many decisions,
+and goes on when it is sent one.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def first_decision(config: RunConfig, started_s: float) -> dict[str, Any]:
     return found
 
 
-def long_run(config: RunConfig, stretch: int) -> dict[str, Any]:
+def long_run(config: RunConfig, stretch: int, *, pace: int) -> dict[str, Any]:
     """Run every decision; return the CPU time and the simulated time at the end of every `stretch` decisions."""
     from scla_mj.experiments.rollout import rollout
 
@@ -45,6 +46,9 @@ def long_run(config: RunConfig, stretch: int) -> dict[str, Any]:
         if done % stretch == 0:
             cpu_s.append(time.process_time())
             simulated_s.append(record.time_s + record.move.duration_s)
+        if pace and done % pace == 0:
+            print(flush=True)
+            sys.stdin.readline()
 
     with tempfile.TemporaryDirectory() as folder:
         rollout(config, Path(folder) / "run", watch=watch)

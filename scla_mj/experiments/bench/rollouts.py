@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -146,20 +146,25 @@ def fresh_network(config: RunConfig) -> Network:
     return brain.network
 
 
-def bare_cpu_s(config: RunConfig) -> float:
-    """Return the CPU seconds of the bare parts of every decision, replayed once; compilers are warmed up before.
+def bare_stretches(config: RunConfig, decisions: int) -> Iterator[float]:
+    """Yield the CPU seconds of the bare parts of every stretch of so many decisions; compilers are warmed up before.
 
     Raises:
         SclaError: the configuration has no network to replay.
     """
-    world, steps = build_trial(config).world, config.build_clock().physics_steps_per_control
-    for one in (dataclasses.replace(config, epochs=1, decisions=1), config):
-        tape, network = record(one), fresh_network(config)
+    _ = list(_bare_decisions(dataclasses.replace(config, epochs=1, decisions=1)))
+    replay = _bare_decisions(config)
+    for _ in range(config.epochs * config.decisions // decisions):
         started_s = time.process_time()
-        for _ in itertools.chain(replay_physics(world, tape, steps), replay_network(network, tape)):
+        for _ in itertools.islice(replay, decisions):
             pass
-        cpu_s = time.process_time() - started_s
-    return cpu_s
+        yield time.process_time() - started_s
+
+
+def _bare_decisions(config: RunConfig) -> Iterator[object]:
+    world, steps = build_trial(config).world, config.build_clock().physics_steps_per_control
+    tape = record(config)
+    return zip(replay_physics(world, tape, steps), replay_network(fresh_network(config), tape), strict=True)
 
 
 def _contenders(config: RunConfig, tape: Tape, sizes: dict[str, int]) -> dict[str, Contender]:
