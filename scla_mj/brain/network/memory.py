@@ -97,8 +97,9 @@ def _stretch(neurons: int, real: np.dtype[Any]) -> dict[str, Any]:
     (8, n) R, by projection and motor neuron: sums over the motor neuron's spikes. `next_spike`, (steps + 1, 4 n), says
     in which step a motor neuron fired after the one in that step, from 0 on, and 0 if it did not; `last_spike`, (4 n,),
     in which it did last. `opening`, (8,), and `course`, (8, steps + 1), float64: `gathered` when the stretch began, and
-    how far it has come since at each step. `doubts`, (100,), and `replayed`, (2, 100) R, are the table on which one row
-    is worked out, `columns`, (100,) float64, that on which rows are added up (readers.py).
+    how far it has come since at each step. `table` is where one row is worked out (rows.py), fields of (100,) R, with
+    `margin_bits`, the memory of `margin` as integers of 64 bits; `columns`, (100,) float64, is where rows are added up
+    (readers.py).
     """
     n = populations_of(neurons)[0].size
     sensory, motor, projections, steps = len(SENSORY) * n, len(MOTOR) * n, len(PROJECTIONS), STRETCH_STEPS + 1
@@ -112,10 +113,16 @@ def _stretch(neurons: int, real: np.dtype[Any]) -> dict[str, Any]:
         "last_spike": (np.uint8, (motor,)),
         "opening": (np.float64, (projections,)),
         "course": (np.float64, (projections, steps)),
-        "doubts": (np.uint8, (NEURONS_PER_SIDE,)),
-        "replayed": (real, (2, NEURONS_PER_SIDE)),
+        "table": _table(real),
         "columns": (np.float64, (NEURONS_PER_SIDE,)),
     }
+
+
+def _table(real: np.dtype[Any]) -> np.dtype[np.void]:
+    row = np.dtype((real, NEURONS_PER_SIDE))
+    formats = {"weight": row, "scaled": row, "margin": row, "margin_bits": np.dtype((np.uint64, row.itemsize // 8))}
+    places = [0, row.itemsize, 2 * row.itemsize, 2 * row.itemsize]
+    return np.dtype({"names": list(formats), "formats": list(formats.values()), "offsets": places}, True)
 
 
 def _constant(parameters: Parameters) -> dict[str, Any]:

@@ -98,7 +98,7 @@ class Parameters(NamedTuple):
 
     `population_start`, (13,), and `population_of`, (N,), say which neurons are whose. `noise_amplitude`, (N,), is the
     half width of each neuron's uniform noise. `fading`, (STRETCH_STEPS + 1,), is what is left of a trace, over E, by
-    step of a stretch; a stretch has `stretch_steps`.
+    step of a stretch; a stretch has `stretch_steps`. `sign_bits`: where 64 bits of such numbers have their signs.
     """
 
     excitatory: NeuronConstants
@@ -110,6 +110,7 @@ class Parameters(NamedTuple):
     population_of: NDArray[np.uint8]
     noise_amplitude: NDArray[Any]
     fading: NDArray[Any]
+    sign_bits: np.uint64
     stretch_steps: int
 
 
@@ -151,6 +152,7 @@ def build_parameters(
         ),
         noise_amplitude=_noise_amplitude(network, populations, neural_step_ms),
         fading=np.exp(-np.arange(STRETCH_STEPS + 1) * (1.0 / stdp_steps - 1.0 / eligibility_steps)).astype(real),
+        sign_bits=np.full(8 // real(0.0).itemsize, -0.0, real).view(np.uint64)[0],
         stretch_steps=max(1, int(min(STRETCH_STEPS, _STRETCH_TAUS * stdp_steps, eligibility_steps))),
     )
 

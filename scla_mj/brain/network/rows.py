@@ -45,52 +45,36 @@ def potentiate(scaled: Any, reach: Any, post: Any) -> None:
 
 @leaf_njit()
 def bring_on(
-    weight: Any, scaled: Any, post: Any, post_gathered: Any, reach: Any, moved: Any, since: Any, weight_max: Any
+    synapses: Any, post: Any, post_gathered: Any, reach: Any, moved: Any, since: Any, weight_max: Any, table: Any
 ) -> None:
-    """Make `weight` the clipped w of now, and `scaled` its Z."""
-    zero = weight.dtype.type(0)
-    for j in range(BLOCK):
-        way = scaled[j] * moved + reach * (since * post[j] - post_gathered[j])
-        weight[j] = min(max(weight[j] + way, zero), weight_max)
-        scaled[j] += reach * post[j]
+    """Make the weights the clipped w of now, and `scaled` its Z; `table` keeps what they were, and how sure that is.
 
-
-@leaf_njit()
-def might_stick(
-    weight: Any,
-    scaled: Any,
-    post: Any,
-    post_gathered: Any,
-    reach: Any,
-    moved: Any,
-    since: Any,
-    weight_max: Any,
-    doubts: Any,
-) -> bool:
-    """Tell which weights may have met a bound before they turned back from it, in `doubts`, and whether any may have.
-
-    Only a Z that became positive turns its weight back, from below where G rises and from above where it falls, and by
-    no more than Z of now times what G has moved.
+    A `margin` below zero says that a weight may have met a bound before it turned back from it. Only a Z that became
+    positive turns its weight back, from below where G rises and from above where it falls, and by no more than Z of
+    now times what G has moved.
     """
-    doubtful = False
+    weight, scaled = synapses.weight, synapses.scaled
     zero, no_bound = weight.dtype.type(0), weight.dtype.type(np.inf)
     lowest = zero if moved > zero else -no_bound
     highest = weight_max if moved < zero else no_bound
     for j in range(BLOCK):
-        now = scaled[j] + reach * post[j]
-        ended = weight[j] + scaled[j] * moved + reach * (since * post[j] - post_gathered[j])
+        w, z = weight[j], scaled[j]
+        table.weight[j], table.scaled[j] = w, z
+        now = z + reach * post[j]
+        ended = w + (z * moved + reach * (since * post[j] - post_gathered[j]))
         turned = ended - now * moved
-        doubts[j] = (scaled[j] < zero) & (now > zero) & ((turned < lowest) | (turned > highest))
-        doubtful |= doubts[j] != 0
-    return doubtful
+        table.margin[j] = max(max(z, -now), min(turned - lowest, highest - turned))
+        weight[j] = min(max(ended, zero), weight_max)
+        scaled[j] = now
 
 
 @leaf_njit()
-def put_replayed(weight: Any, scaled: Any, doubts: Any, replayed: Any) -> None:
-    """Let the doubtful synapses be what they were replayed to be."""
-    for j in range(BLOCK):
-        if doubts[j]:
-            weight[j], scaled[j] = replayed[0, j], replayed[1, j]
+def is_sure(margin_bits: Any, sign_bits: Any) -> bool:
+    """Tell whether no margin is below zero: `sign_bits` are set in none of them, looked at as integers of 64 bits."""
+    together = sign_bits ^ sign_bits
+    for i in range(margin_bits.shape[0]):
+        together |= margin_bits[i]
+    return bool((together & sign_bits) == 0)
 
 
 @leaf_njit()

@@ -18,8 +18,8 @@ where S = how far G has come in this stretch, a synapse that was last looked at 
 
 Motor spikes only ever raise Z, and dopamine keeps its sign until it is released anew, which settles: so a weight's way
 turns back once at most, and to clip it at the end is to clip it all the way, unless it would have met the other bound
-before it turned. `might_stick` finds where that cannot be ruled out; `_replay_doubts` walks such synapses through
-the stretch spike by spike.
+before it turned. `bring_on` finds where that cannot be ruled out; `_replay_doubts` walks such synapses through the
+stretch spike by spike.
 
 E, G and S, a few numbers for 80,000 synapses, are float64 always: a sum of a thousand products in float32 would lose
 digits.
@@ -37,9 +37,8 @@ from scla_mj.brain.network.rows import (
     depress,
     fill,
     hold_back,
-    might_stick,
+    is_sure,
     potentiate,
-    put_replayed,
     settle_row,
 )
 from scla_mj.compiled import leaf_njit
@@ -167,22 +166,18 @@ def catch_up(m: Any, k: int, neuron: int, step: int) -> None:
     reach, weight_max = m.reach[neuron], m.plasticity.weight_max
     motor = MOTOR_OF[k] * size + first
     post = m.post[motor : motor + BLOCK]
-    weight, scaled = m.synapses[k, row].weight, m.synapses[k, row].scaled
     post_gathered = m.post_gathered[k, first : first + BLOCK]
     moved = real(m.gathered[k] - m.gathered_at[k, row])
     since = real(m.gathered[k] - m.opening[k])
-    doubtful = might_stick(weight, scaled, post, post_gathered, reach, moved, since, weight_max, m.doubts)
-    if doubtful:
+    bring_on(m.synapses[k, row], post, post_gathered, reach, moved, since, weight_max, m.table)
+    if not is_sure(m.table.margin_bits, m.sign_bits):
         _replay_doubts(m, k, neuron, step)
-    bring_on(weight, scaled, post, post_gathered, reach, moved, since, weight_max)
-    if doubtful:
-        put_replayed(weight, scaled, m.doubts, m.replayed)
     m.gathered_at[k, row] = m.gathered[k]
 
 
 @leaf_njit()
 def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
-    """Catch each doubtful synapse of a row up motor spike by motor spike, clipped after each, into `replayed`."""
+    """Catch each doubtful synapse of a row up motor spike by motor spike, clipped after each."""
     size = m.synapses.shape[1]
     row = neuron % size
     motor = MOTOR_OF[k] * size + row // BLOCK * BLOCK
@@ -190,9 +185,9 @@ def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
     began, weight_max = m.gathered_at[k, row] - m.opening[k], float(m.plasticity.weight_max)
     synapses = m.synapses[k, row]
     for j in range(BLOCK):
-        if not m.doubts[j]:
+        if m.table.margin[j] >= 0.0:
             continue
-        z, w, gathered = float(synapses.scaled[j]), float(synapses.weight[j]), began
+        z, w, gathered = float(m.table.scaled[j]), float(m.table.weight[j]), began
         at = m.next_spike[0, motor + j]
         while at:
             gain, then = reach * float(m.fading[at]), m.course[k, at]
@@ -203,8 +198,8 @@ def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
                 gathered = then
             z += gain
             at = m.next_spike[at, motor + j]
-        m.replayed[0, j] = min(max(w + z * (m.course[k, step] - gathered), 0.0), weight_max)
-        m.replayed[1, j] = z
+        synapses.weight[j] = min(max(w + z * (m.course[k, step] - gathered), 0.0), weight_max)
+        synapses.scaled[j] = z
 
 
 @leaf_njit()
