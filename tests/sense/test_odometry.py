@@ -32,6 +32,12 @@ def compiled_advance(odometer, left, right, turned):
     advance(odometer, left, right, turned)
 
 
+@njit
+def compiled_standstill(odometer, periods):
+    for _ in range(periods):
+        advance(odometer, 0.0, 0.0, 0.0)
+
+
 def make(seed=0, *, silent=True, x=0.0, y=0.0, heading=0.0):
     odometer = make_odometer(wheel_radius_m=RADIUS_M, period_s=PERIOD_S, rng=np.random.default_rng(seed))
     if silent:
@@ -74,8 +80,7 @@ def test_the_gyros_bias_adds_up_linearly_and_its_noise_as_a_random_walk():
     ends, periods = [], 1000
     for seed in range(300):
         odometer = make(seed, silent=False)
-        for _ in range(periods):
-            compiled_advance(odometer, 0.0, 0.0, 0.0)
+        compiled_standstill(odometer, periods)
         seconds = periods * PERIOD_S
         ends.append((odometer.estimate[2] - odometer.gyro_bias_rad_s[0] * seconds, odometer.gyro_bias_rad_s[0]))
     walk, bias = np.degrees(np.array(ends)).T
