@@ -61,7 +61,7 @@ def plot_epochs(folder: Path, summary: Summary, *, floor_hits_per_1000: float | 
                           fontsize=8, color=colour, weight="bold", zorder=4)  # fmt: skip
     axes.set_ylim(0, top)
     axes.set_xlim(min(numbers, default=1) - 0.6, max(numbers, default=1) + 0.6)
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=15, integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=15, integer=True, min_n_ticks=1))
     axes.set_xlabel("epoch")
     axes.set_ylabel("hits per 1000 decisions")
     axes.set_title(f"Hits per epoch: {_setting(summary)}")

@@ -254,3 +254,34 @@ def test_the_oracle_states_the_same_constants_as_the_configuration():
     settings = Settings()
     assert settings.learning_rate == PLASTICITY.learning_rate_per_ms
     assert (settings.potentiation, settings.depression) == (PLASTICITY.stdp_potentiation, PLASTICITY.stdp_depression)
+
+
+@pytest.mark.parametrize(
+    ("ask", "sentence"),
+    [
+        (lambda network: network.run(5, np.zeros(999)), r"drive has the shape \(999,\): it must be \(1000,\)"),
+        (lambda network: network.advance(5, np.zeros((2, 1000))), r"drive has the shape \(2, 1000\)"),
+        (lambda network: network.release_dopamine(np.ones(3)), r"amount has the shape \(3,\): it must be \(8,\)"),
+        (lambda network: network.run(-1), "cannot run -1 steps"),
+        (lambda network: setattr(network, "weights", np.ones((100, 100, 8))), r"weights has the shape \(100, 100, 8\)"),
+        (lambda _: build(neurons=1500), "choose a multiple of 1000"),
+    ],
+)
+def test_what_no_network_can_take_is_refused_in_a_sentence(ask, sentence):
+    with pytest.raises(SclaError, match=sentence):
+        ask(build())
+
+
+def test_a_window_that_goes_on_counts_all_of_it_and_hands_out_copies():
+    drive = np.zeros(1000)
+    drive[:100] = 8.0
+    whole, parts = build(NetworkConfig()), build(NetworkConfig())
+    expected = whole.run(80, drive)
+    first = parts.advance(50, drive)
+    first[:] = 0
+    parts.spikes().counts[:] = 0
+    counts = parts.advance(30, drive, goes_on=True)
+    np.testing.assert_array_equal(counts, expected.counts)
+    np.testing.assert_array_equal(parts.spikes().step, expected.step)
+    np.testing.assert_array_equal(parts.spikes().neuron, expected.neuron)
+    assert parts.spike_count == len(expected.step) > 0

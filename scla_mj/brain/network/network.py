@@ -22,7 +22,7 @@ _SPIKES_A_CALL: Final = 4_000_000
 
 
 class Spikes(NamedTuple):
-    """The spikes of one stretch of time: their steps and neurons, and the count of each population, (12,)."""
+    """The spikes of a window: their steps, from its beginning, and neurons, and the count of each population, (12,)."""
 
     step: NDArray[np.int32]
     neuron: NDArray[np.int32]
@@ -32,11 +32,15 @@ class Spikes(NamedTuple):
 class Network:
     """1000 Izhikevich neurons, 80,000 plastic synapses, dopamine (paper, Tables 3 and 4, equations 1 to 4).
 
-    `neurons`, a multiple of 1000, makes a larger one with as many synapses a neuron (see anatomy.py).
+    `neurons`, a multiple of 1000, makes a larger one with as many synapses a neuron (see anatomy.py). A window of time
+    begins with a call of `run`, or of `advance` that does not go on.
 
     Attributes:
         state: what changes with time, views of `memory`, which is what the kernel works on.
-        spike_count: spikes in the last window, from one call of `advance` that does not go on to the next.
+        spike_count: spikes in the window so far.
+
+    Raises:
+        SclaError: `neurons` is no multiple of 1000.
     """
 
     def __init__(
@@ -49,6 +53,8 @@ class Network:
         noise: np.random.SeedSequence,
         neurons: int = NEURON_COUNT,
     ) -> None:
+        if neurons < NEURON_COUNT or neurons % NEURON_COUNT:
+            raise SclaError(f"a network of {neurons} neurons has no such populations: choose a multiple of 1000")
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
         self.memory = new_memory(self.parameters)
@@ -79,6 +85,8 @@ class Network:
 
     @weights.setter
     def weights(self, weights: NDArray[Any]) -> None:
+        """Set the weights; what lies out of bounds is clipped when it is read, or changed."""
+        _require_shape("weights", weights, _by_block(self.state.weight).shape)
         self.state.weight[:] = weights.reshape(self.state.weight.shape)
         self.state.gathered_at[:] = self.state.gathered[:, np.newaxis]
         self._mean_at[:] = -1
@@ -106,27 +114,27 @@ class Network:
         `first_step` is the number that the first step's spikes carry.
 
         Raises:
-            SclaError: a membrane potential is no longer finite.
+            SclaError: `steps` or `drive` cannot be, or a membrane potential is no longer finite: then none will be.
         """
         self.advance(steps, drive)
         spikes = self.spikes()
         return spikes._replace(step=spikes.step + np.int32(first_step))
 
     def advance(self, steps: int, drive: NDArray[Any] | None = None, *, goes_on: bool = False) -> NDArray[np.int64]:
-        """Run as `run` does; return how often each population has fired, (12,).
+        """Run as `run` does, but hand out no spikes; return how often each population has fired in the window, (12,).
 
-        `goes_on` with the window before: its spikes are still there, and counted.
+        A call that `goes_on` makes the window longer: what is counted, and what `spikes` returns, is of all of it.
 
         Raises:
-            SclaError: a membrane potential is no longer finite.
+            SclaError: `steps` or `drive` cannot be, or a membrane potential is no longer finite: then none will be.
         """
         drive = self._undriven if drive is None else np.ascontiguousarray(drive, self._real)
-        if goes_on:
-            counts = self._counts.copy()
-        else:
-            counts = np.zeros(len(POPULATIONS), np.int64)
-            self.spike_count = self._window_steps = 0
-        self._counts, wanted = counts, self._window_steps + steps
+        _require_shape("drive", drive, self._undriven.shape)
+        if steps < 0:
+            raise SclaError(f"a network cannot run {steps} steps: it must be 0 or more")
+        if not goes_on:
+            self._begin_window()
+        wanted = self._window_steps + steps
         while self._window_steps < wanted:
             released = self._take_due()
             size = min(self._steps_a_call, wanted - self._window_steps, self._steps_to_release())
@@ -140,7 +148,7 @@ class Network:
                 self._spike_step,
                 self._spike_neuron,
                 self.spike_count,
-                counts,
+                self._counts,
             )
             if filled == kernel.NOT_FINITE:
                 raise SclaError(
@@ -149,12 +157,12 @@ class Network:
             self.spike_count = filled
             self._window_steps += size
             self._steps += size
-        return counts
+        return self._counts.copy()
 
     def spikes(self) -> Spikes:
-        """Return the spikes of the last window, their steps counted from its beginning; copies."""
+        """Return the window's spikes; copies."""
         count = self.spike_count
-        return Spikes(self._spike_step[:count].copy(), self._spike_neuron[:count].copy(), self._counts)
+        return Spikes(self._spike_step[:count].copy(), self._spike_neuron[:count].copy(), self._counts.copy())
 
     def saved(self) -> dict[str, Any]:
         """Return copies of all that `restore` needs: the arrays of `state`, the steps so far, dopamine on its way."""
@@ -164,12 +172,16 @@ class Network:
         return {"arrays": arrays, "steps": self._steps, "releases": releases, "means": means}
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Go on from what `saved` returned, to the bit."""
+        """Go on from what `saved` returned, to the bit; with a new window."""
+        self._begin_window()
         for name, array in saved["arrays"].items():
             getattr(self.state, name)[:] = array
         self._steps = saved["steps"]
         self._releases = [(release["due"], release["amount"]) for release in saved["releases"]]
         self._means[:], self._mean_at[:] = saved["means"]["values"], saved["means"]["at"]
+
+    def _begin_window(self) -> None:
+        self._counts[:] = self.spike_count = self._window_steps = 0
 
     def _reserve(self, steps: int) -> None:
         """Make room for a spike of every neuron in every step, behind those that there are."""
@@ -181,7 +193,12 @@ class Network:
             )
 
     def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
-        """Add a signed amount to the dopamine concentration at each projection, (8,), now or some steps from now."""
+        """Add a signed amount to the dopamine concentration at each projection, (8,), now or some steps from now.
+
+        Raises:
+            SclaError: the amount is no (8,) array.
+        """
+        _require_shape("amount", amount, self._nothing.shape)
         self._releases.append((self._steps + delay_steps, amount))
 
     def _due(self) -> NDArray[np.float64]:
@@ -207,3 +224,9 @@ def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:
     """Return a view of synapses, (8, n, 100), with their presynaptic neurons by blocks, if there are several."""
     blocks = synapses.reshape(len(PROJECTIONS), -1, NEURONS_PER_SIDE, NEURONS_PER_SIDE)
     return blocks[:, 0] if blocks.shape[1] == 1 else blocks
+
+
+def _require_shape(name: str, array: NDArray[Any], wanted: tuple[int, ...]) -> None:
+    """Compiled code looks at no bounds."""
+    if np.shape(array) != wanted:
+        raise SclaError(f"{name} has the shape {np.shape(array)}: it must be {wanted}")

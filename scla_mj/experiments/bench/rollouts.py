@@ -120,7 +120,8 @@ def _cost_sheet(cost: Cost) -> Sheet:
         f"of network time a decision; {1000.0 / cost.decision['light']:.0f} decisions a CPU second at telemetry light.",
         values,
     )
-    return doubted(table, FLOOR_ABOVE) if min(map(cost.ratio, TELEMETRY)) < 1 else table
+    ratios = list(map(cost.ratio, TELEMETRY))
+    return doubted(table, FLOOR_ABOVE) if ratios[0] < 1 or ratios != sorted(ratios) else table
 
 
 def _recording_sheet(cost: Cost) -> Sheet:
