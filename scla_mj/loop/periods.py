@@ -118,15 +118,14 @@ def _step(body: Body, left: float, right: float, step_s: float, odometer: Odomet
 
 @leaf_njit(inline="always")
 def _write_ending(body: Body) -> None:
-    w, x, y, z = body.qpos[3], body.qpos[4], body.qpos[5], body.qpos[6]
+    motion = _sense_motion(body, 0)
     total = 0.0
     for i in range(body.qpos.shape[0]):
         total += body.qpos[i]
     for i in range(body.qvel.shape[0]):
         total += body.qvel[i]
-    body.ending[0], body.ending[1] = body.qpos[0], body.qpos[1]
-    body.ending[2] = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    body.ending[3] = 1.0 - 2.0 * (x * x + y * y)
+    body.ending[0], body.ending[1] = motion.x_m, motion.y_m
+    body.ending[2], body.ending[3] = motion.heading_rad, motion.upright
     body.ending[4] = 1.0 if math.isfinite(total) else 0.0
 
 

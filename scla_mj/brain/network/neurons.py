@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from scla_mj.brain.network.parameters import NeuronConstants
 from scla_mj.brain.network.rows import fill
 from scla_mj.compiled import leaf_njit
 
@@ -35,19 +36,38 @@ def gather_current(current: Any, drive: Any, low: Any, high: Any, amplitude: Any
 
 
 @leaf_njit(inline="always")
+def constants_of(cell: Any) -> NeuronConstants:
+    """Return a record's numbers, read once: a loop that stores would read them anew for every neuron."""
+    return NeuronConstants(
+        cell.quadratic,
+        cell.linear,
+        cell.offset,
+        cell.half_step,
+        cell.pulse,
+        cell.peak,
+        cell.rate,
+        cell.sensitivity,
+        cell.reset_v,
+        cell.reset_u,
+    )
+
+
+@leaf_njit(inline="always")
+def next_state(v: Any, u: Any, current: Any, c: NeuronConstants) -> tuple[Any, Any, bool]:
+    """Equations 1 and 2: v in two half steps with the old u, then u from the new v; reset, and whether it fired."""
+    v += c.half_step * (c.quadratic * v * v + c.linear * v + c.offset - u + current)
+    v += c.half_step * (c.quadratic * v * v + c.linear * v + c.offset - u + current)
+    u += c.rate * (c.sensitivity * v - u)
+    over = v >= c.peak
+    return c.reset_v if over else v, u + c.reset_u if over else u, over
+
+
+@leaf_njit(inline="always")
 def _advance(v: Any, u: Any, current: Any, fired: Any, cell: Any) -> None:
-    """Equations 1 and 2 for neurons of one kind: v in two half steps with the old u, then u from the new v."""
-    quadratic, linear, offset, half_step = cell.quadratic, cell.linear, cell.offset, cell.half_step
-    rate, sensitivity, peak, reset_v, reset_u = cell.rate, cell.sensitivity, cell.peak, cell.reset_v, cell.reset_u
+    """Take neurons of one kind a step further."""
+    constants = constants_of(cell)
     for i in range(v.shape[0]):
-        vi, ui, ci = v[i], u[i], current[i]
-        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + ci)
-        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + ci)
-        ui += rate * (sensitivity * vi - ui)
-        over = vi >= peak
-        fired[i] = over
-        v[i] = reset_v if over else vi
-        u[i] = ui + reset_u if over else ui
+        v[i], u[i], fired[i] = next_state(v[i], u[i], current[i], constants)
 
 
 @leaf_njit(inline="always")

@@ -71,7 +71,7 @@ def bring_on(
 @leaf_njit()
 def is_sure(margin_bits: Any, sign_bits: Any) -> bool:
     """Tell whether no margin is below zero: `sign_bits` are set in none of them, looked at as integers of 64 bits."""
-    together = sign_bits ^ sign_bits
+    together = np.uint64(0)
     for i in range(margin_bits.shape[0]):
         together |= margin_bits[i]
     return bool((together & sign_bits) == 0)

@@ -161,18 +161,10 @@ def _advance_noisy(m: Any, start: int, stop: int, cell: Any) -> None:
     v, u, fired = m.v[start:stop], m.u[start:stop], m.fired[start:stop]
     low, high, half_width = m.noise_low[start:stop], m.noise_high[start:stop], m.noise_amplitude[start:stop]
     unit, real = m.wiring.noise_unit, v.dtype.type
-    quadratic, linear, offset, half_step = cell.quadratic, cell.linear, cell.offset, cell.half_step
-    rate, sensitivity, peak, reset_v, reset_u = cell.rate, cell.sensitivity, cell.peak, cell.reset_v, cell.reset_u
+    constants = neurons.constants_of(cell)
     for i in range(v.shape[0]):
         current = half_width[i] * (unit * real(neurons.next_noise(low, high, i)))
-        vi, ui = v[i], u[i]
-        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + current)
-        vi += half_step * (quadratic * vi * vi + linear * vi + offset - ui + current)
-        ui += rate * (sensitivity * vi - ui)
-        over = vi >= peak
-        fired[i] = over
-        v[i] = reset_v if over else vi
-        u[i] = ui + reset_u if over else ui
+        v[i], u[i], fired[i] = neurons.next_state(v[i], u[i], current, constants)
 
 
 @leaf_njit(from_python=True)

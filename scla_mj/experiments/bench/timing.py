@@ -12,6 +12,8 @@ from typing import Any, Final, NamedTuple
 TURN: Final = 25
 """Decisions in a turn: a tenth of a second, and machines that change their speed do so more slowly."""
 
+_ENDED: Final = object()
+
 Watch = Callable[[], object]
 
 
@@ -112,6 +114,3 @@ def spent_s(contenders: Mapping[str, Contender]) -> dict[str, float]:
                 del at_work[name]
             spent[name] += time.process_time() - started_s
     return spent
-
-
-_ENDED: Final = object()
