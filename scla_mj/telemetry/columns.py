@@ -12,146 +12,142 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import POPULATION_NAMES, POPULATIONS, PROJECTION_NAMES
-from scla_mj.signals import Outcome
+from scla_mj.clock import Clock
 from scla_mj.telemetry import names
-from scla_mj.telemetry.buffer import ActivityRow, Buffer, DecisionRow
+from scla_mj.telemetry.buffer import OUTCOME_CODES, Buffer
 from scla_mj.telemetry.palette import HIT_COLOR, TRAIL_COLORS
 from scla_mj.telemetry.poses import Poses, poses_of
 from scla_mj.telemetry.scene import RobotEntities
 from scla_mj.telemetry.spikes import build_block
 from scla_mj.telemetry.timelines import time_columns
 
-OUTCOME_CODES = {outcome: code for code, outcome in enumerate(Outcome)}
 _SIZES = np.array([population.size for population in POPULATIONS])
 _TRAIL_HEIGHT_M = 0.006
+_OUTCOME_COLORS = np.array([TRAIL_COLORS[outcome] for outcome in OUTCOME_CODES], np.uint8)
+Rows = NDArray[np.void]
+"""Rows of the buffer's tables, DECISION or THOUGHT."""
 
 
 def send_buffer(stream: rr.RecordingStream, buffer: Buffer, robot: RobotEntities) -> None:
     """Send everything that waits, and clear the buffer."""
-    if not buffer.rows:
+    if not len(buffer):
         return
-    moved = [row for row in buffer.rows if len(row.trajectory)]
-    poses = poses_of(np.concatenate([row.trajectory for row in moved])) if moved else None
-    if buffer.active:
-        _send_spikes(stream, buffer)
-        _send_scroll(stream, buffer)
-        _send_brain(stream, buffer)
+    decisions, thoughts = buffer.decisions, buffer.thoughts
+    poses = poses_of(buffer.poses.rows) if len(buffer.poses) else None
+    if len(thoughts):
+        thinking = decisions[thoughts["row"]]
+        _send_spikes(stream, buffer, thinking, thoughts)
+        if buffer.mode == "light":
+            _scroll_by_window(stream, buffer.clock, thinking, thoughts)
+        elif poses is not None:
+            _scroll_by_pose(stream, decisions, thoughts, poses)
+        _send_brain(stream, buffer.clock, thinking, thoughts)
     if poses is not None:
-        _send_poses(stream, moved, poses, robot)
-        _send_trail(stream, moved, poses)
-    _send_decisions(stream, buffer.rows)
+        _send_poses(stream, decisions, poses, robot)
+        _send_trail(stream, decisions, poses)
+    _send_decisions(stream, decisions)
     buffer.clear()
 
 
-def _index(rows: list[DecisionRow], time_s: list[float]) -> list[rr.TimeColumn]:
-    return time_columns(time_s, np.array([row.decision for row in rows]), np.array([row.epoch for row in rows]))
+def _index(rows: Rows, time: str) -> list[rr.TimeColumn]:
+    return time_columns(rows[time], rows["decision"], rows["epoch"])
+
+
+def _pose_index(rows: Rows, time_s: NDArray[np.float64]) -> list[rr.TimeColumn]:
+    return time_columns(time_s, np.repeat(rows["decision"], rows["poses"]), np.repeat(rows["epoch"], rows["poses"]))
 
 
 def _send_scalars(stream: rr.RecordingStream, entity: str, index: list[rr.TimeColumn], values: Any) -> None:
-    stream.send_columns(entity, index, rr.Scalars.columns(scalars=np.asarray(values, np.float64)))
+    stream.send_columns(entity, index, rr.Scalars.columns(scalars=np.ascontiguousarray(values, np.float64)))
 
 
-def _send_spikes(stream: rr.RecordingStream, buffer: Buffer) -> None:
+def _send_spikes(stream: rr.RecordingStream, buffer: Buffer, rows: Rows, thoughts: Rows) -> None:
     """A row a decision and population, at the time when the thinking window opened."""
-    rows, kept = [row for row, _ in buffer.active], [activity for _, activity in buffer.active]
-    origins_ms = np.array([activity.origin_ms for activity in kept])
-    counts = np.array([activity.kept_counts for activity in kept]).T
-    block = build_block(
-        [activity.steps for activity in kept],
-        [activity.neurons for activity in kept],
-        counts,
-        origins_ms,
-        buffer.clock.neural_step_ms,
-    )
-    index = _index(rows, [row.start_s for row in rows])
-    half_ms = buffer.clock.thinking_steps * buffer.clock.neural_step_ms / 2
+    clock, origins_ms, counts = buffer.clock, thoughts["origin_ms"], thoughts["kept_counts"].T
+    step, neuron = buffer.spike_step.rows, buffer.spike_neuron.rows
+    block = build_block(step, neuron, thoughts["spikes"], counts, origins_ms, clock.neural_step_ms)
+    index = _index(rows, "start_s")
+    half_ms = clock.thinking_steps * clock.neural_step_ms / 2
     centres = np.column_stack([origins_ms + half_ms, np.full(len(rows), _SIZES.sum() / 2)])
     half_sizes = np.tile([half_ms, _SIZES.sum() / 2], (len(rows), 1))
-    boxes = rr.Boxes2D.columns(half_sizes=half_sizes, centers=centres, colors=[_color(row) for row in rows])
+    boxes = rr.Boxes2D.columns(half_sizes=half_sizes, centers=centres, colors=_colors(rows))
     stream.send_columns(names.WINDOWS, index, boxes)
     for number, name in enumerate(POPULATION_NAMES):
         points = rr.Points2D.columns(positions=block.of(number)).partition(counts[number])
         stream.send_columns(f"{names.SPIKES}/{name}", index, points)
 
 
-def _send_scroll(stream: rr.RecordingStream, buffer: Buffer) -> None:
-    """Move the raster so that now is x = 0: once a window in a light recording, with every pose in a full one."""
-    rows = [row for row, _ in buffer.active]
-    if buffer.mode == "light":
-        window_ms = buffer.clock.thinking_steps * buffer.clock.neural_step_ms
-        index = _index(rows, [row.start_s for row in rows])
-        now_ms = np.array([activity.origin_ms + window_ms for _, activity in buffer.active])
-    else:
-        counts = [len(row.trajectory) for row in rows]
-        times = np.concatenate([row.trajectory[:, 0] for row in rows])
-        starts = np.repeat([row.start_s for row in rows], counts)
-        origins = np.repeat([activity.origin_ms for _, activity in buffer.active], counts)
-        index = _repeated_index(rows, counts, times)
-        now_ms = origins + 1000 * (times - starts)
+def _scroll_by_window(stream: rr.RecordingStream, clock: Clock, rows: Rows, thoughts: Rows) -> None:
+    """Move the raster once a decision, so that the end of its window is x = 0."""
+    window_ms = clock.thinking_steps * clock.neural_step_ms
+    _scroll(stream, _index(rows, "start_s"), thoughts["origin_ms"] + window_ms)
+
+
+def _scroll_by_pose(stream: rr.RecordingStream, decisions: Rows, thoughts: Rows, poses: Poses) -> None:
+    """Move the raster with every pose of a decision that has spikes, so that now is x = 0."""
+    thinks = np.zeros(len(decisions), np.bool_)
+    thinks[thoughts["row"]] = True
+    rows, time_s = decisions[thinks], poses.time_s[np.repeat(thinks, decisions["poses"])]
+    if len(time_s):
+        origins_ms, starts_s = (np.repeat(column, rows["poses"]) for column in (thoughts["origin_ms"], rows["start_s"]))
+        _scroll(stream, _pose_index(rows, time_s), origins_ms + 1000 * (time_s - starts_s))
+
+
+def _scroll(stream: rr.RecordingStream, index: list[rr.TimeColumn], now_ms: NDArray[np.float64]) -> None:
     translation = np.zeros((len(now_ms), 3), np.float32)
     translation[:, 0] = -now_ms
-    if len(translation):
-        stream.send_columns(names.SPIKES, index, rr.Transform3D.columns(translation=translation))
+    stream.send_columns(names.SPIKES, index, rr.Transform3D.columns(translation=translation))
 
 
-def _send_brain(stream: rr.RecordingStream, buffer: Buffer) -> None:
+def _send_brain(stream: rr.RecordingStream, clock: Clock, rows: Rows, thoughts: Rows) -> None:
     """A value a decision, at its end: rates in Hz a neuron, mean weights, dopamine concentrations."""
-    rows = [row for row, _ in buffer.active]
-    index = _index(rows, [row.end_s for row in rows])
-    step_s = buffer.clock.neural_step_ms / 1000
-
-    def stacked(pick: Any) -> NDArray[np.float64]:
-        return np.array([pick(activity) for _, activity in buffer.active], float)
-
-    def thinking_hz(activity: ActivityRow) -> NDArray[np.float64]:
-        return activity.thinking_counts / (_SIZES * buffer.clock.thinking_window_s)
-
-    def whole_hz(activity: ActivityRow) -> NDArray[np.float64]:
-        return activity.whole_counts / (_SIZES * max(activity.whole_steps, 1) * step_s)
-
+    index = _index(rows, "end_s")
+    whole_steps = np.maximum(thoughts["whole_steps"], 1)[:, np.newaxis]
     for parent, labels, values in (
-        (names.RATES, POPULATION_NAMES, stacked(thinking_hz)),
-        (names.RATES_WHOLE, POPULATION_NAMES, stacked(whole_hz)),
-        (names.WEIGHTS, PROJECTION_NAMES, stacked(lambda activity: activity.mean_weights)),
-        (names.DOPAMINE, PROJECTION_NAMES, stacked(lambda activity: activity.dopamine)),
+        (names.RATES, POPULATION_NAMES, thoughts["thinking_counts"] / (_SIZES * clock.thinking_window_s)),
+        (
+            names.RATES_WHOLE,
+            POPULATION_NAMES,
+            thoughts["whole_counts"] / (_SIZES * whole_steps * (clock.neural_step_ms / 1000)),
+        ),
+        (names.WEIGHTS, PROJECTION_NAMES, thoughts["mean_weights"]),
+        (names.DOPAMINE, PROJECTION_NAMES, thoughts["dopamine"]),
     ):
         for number, label in enumerate(labels):
             _send_scalars(stream, f"{parent}/{label}", index, values[:, number])
 
 
-def _repeated_index(rows: list[DecisionRow], counts: list[int], time_s: NDArray[np.float64]) -> list[rr.TimeColumn]:
-    decision = np.repeat([row.decision for row in rows], counts)
-    return time_columns(time_s, decision, np.repeat([row.epoch for row in rows], counts))
-
-
-def _send_poses(stream: rr.RecordingStream, rows: list[DecisionRow], poses: Poses, robot: RobotEntities) -> None:
-    index = _repeated_index(rows, [len(row.trajectory) for row in rows], poses.time_s)
+def _send_poses(stream: rr.RecordingStream, rows: Rows, poses: Poses, robot: RobotEntities) -> None:
+    index = _pose_index(rows, poses.time_s)
     chassis = rr.Transform3D.columns(translation=poses.position_m, quaternion=poses.quaternion)
     stream.send_columns(robot.chassis, index, chassis)
     for entity, quaternion in ((robot.left_wheel, poses.left_wheel), (robot.right_wheel, poses.right_wheel)):
         stream.send_columns(entity, index, rr.Transform3D.columns(quaternion=quaternion))
 
 
-def _send_trail(stream: rr.RecordingStream, rows: list[DecisionRow], poses: Poses) -> None:
-    """One line strip a decision, on the floor, in the colour of how it ended."""
+def _send_trail(stream: rr.RecordingStream, decisions: Rows, poses: Poses) -> None:
+    """One line strip a decision that moved, on the floor, in the colour of how it ended."""
+    rows = decisions[decisions["poses"] > 0]
     floor = poses.position_m.copy()
     floor[:, 2] = _TRAIL_HEIGHT_M
-    strips = np.split(floor, np.cumsum([len(row.trajectory) for row in rows])[:-1])
-    trail = rr.LineStrips3D.columns(strips=strips, colors=[_color(row) for row in rows])
-    stream.send_columns(names.TRAJECTORY, _index(rows, [row.start_s for row in rows]), trail)
+    strips = np.split(floor, np.cumsum(rows["poses"])[:-1])
+    trail = rr.LineStrips3D.columns(strips=strips, colors=_colors(rows))
+    stream.send_columns(names.TRAJECTORY, _index(rows, "start_s"), trail)
 
 
-def _color(row: DecisionRow) -> tuple[int, int, int]:
-    return HIT_COLOR if row.hit else TRAIL_COLORS[row.outcome]
+def _colors(rows: Rows) -> NDArray[np.uint8]:
+    colors: NDArray[np.uint8] = _OUTCOME_COLORS[rows["outcome"]]
+    colors[rows["hit"]] = HIT_COLOR
+    return colors
 
 
-def _send_decisions(stream: rr.RecordingStream, rows: list[DecisionRow]) -> None:
-    index = _index(rows, [row.end_s for row in rows])
-    for entity, values in (
-        (names.ROLLING_HITS, [row.rolling for row in rows]),
-        (names.OUTCOME, [OUTCOME_CODES[row.outcome] for row in rows]),
-        (names.DURATION_S, [row.duration_s for row in rows]),
-        (names.POSITION_ERROR_M, [row.position_error_m for row in rows]),
-        (names.HIT, [row.hit for row in rows]),
+def _send_decisions(stream: rr.RecordingStream, rows: Rows) -> None:
+    index = _index(rows, "end_s")
+    for entity, column in (
+        (names.ROLLING_HITS, "rolling"),
+        (names.OUTCOME, "outcome"),
+        (names.DURATION_S, "duration_s"),
+        (names.POSITION_ERROR_M, "position_error_m"),
+        (names.HIT, "hit"),
     ):
-        _send_scalars(stream, entity, index, values)
+        _send_scalars(stream, entity, index, rows[column])

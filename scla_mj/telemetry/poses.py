@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.signals import TRAJECTORY_COLUMNS
+from scla_mj.telemetry.pile import Pile
 from scla_mj.telemetry.scene import xyzw
 
 POSE_PERIOD_S: Final = 0.05
@@ -30,12 +31,13 @@ class Poses(NamedTuple):
     right_wheel: NDArray[np.float32]
 
 
-def keep_rows(trajectory: NDArray[np.float64], stride: int) -> NDArray[np.float64]:
-    """Return a copy of every stride-th row, and of the last one: the pose in which the move ended is always kept."""
-    last = len(trajectory) - 1
-    if last % stride == 0 or last < 0:
-        return trajectory[::stride].copy()
-    return np.concatenate([trajectory[::stride], trajectory[last:]])
+def add_poses(pile: Pile, trajectory: NDArray[np.float64], stride: int) -> int:
+    """Add every stride-th row, and the last one, for the pose in which a move ended is always kept; return how many."""
+    before, rows = len(pile), len(trajectory)
+    pile.add(trajectory[::stride])
+    if rows and (rows - 1) % stride:
+        pile.add(trajectory[-1:])
+    return len(pile) - before
 
 
 def poses_of(trajectory: NDArray[np.float64]) -> Poses:

@@ -1,0 +1,43 @@
+"""Rows gathered one after another in memory that stays: what is sent every few hundred decisions is gathered anew."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_ROOM_ROWS: Final = 1024
+
+
+class Pile:
+    """An array that grows by whole rows, each of a `shape`; `clear` keeps its memory."""
+
+    def __init__(self, shape: tuple[int, ...], dtype: Any) -> None:
+        self._memory: NDArray[Any] = np.empty((_ROOM_ROWS, *shape), dtype)
+        self._filled = 0
+
+    def __len__(self) -> int:
+        return self._filled
+
+    @property
+    def rows(self) -> NDArray[Any]:
+        """A view of what was added, (n, *shape), until more is added, or all is cleared."""
+        return self._memory[: self._filled]
+
+    def add(self, rows: NDArray[Any]) -> None:
+        """Copy some rows to the end, (k, *shape)."""
+        end = self._filled + len(rows)
+        if end > len(self._memory):
+            self._grow(end)
+        self._memory[self._filled : end] = rows
+        self._filled = end
+
+    def clear(self) -> None:
+        """Forget the rows."""
+        self._filled = 0
+
+    def _grow(self, rows: int) -> None:
+        memory = np.empty((2 * rows, *self._memory.shape[1:]), self._memory.dtype)
+        memory[: self._filled] = self.rows
+        self._memory = memory
