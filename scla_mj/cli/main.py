@@ -12,6 +12,7 @@ from scla_mj.cli.options import EXIT_BAD_INPUT, parse
 from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
+from scla_mj.collector import collect_rarely
 from scla_mj.errors import SclaError
 from scla_mj.experiments.interrupts import Terminated, terminable
 
@@ -26,6 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     0 done, 2 bad input, 130 interrupted, 141 nobody reads the output any more, 143 terminated.
     """
+    collect_rarely()
     try:
         try:
             return _run(arguments)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from scla_mj.brain.network.network import Network
+from scla_mj.collector import collect_rarely
 from scla_mj.config import RunConfig
 from scla_mj.loop.drive import Driver
 from scla_mj.randomness import Consumer, generator, seed_sequence
@@ -85,4 +86,5 @@ def compile_here() -> None:
 
 
 if __name__ == "__main__":
+    collect_rarely()
     compile_here()

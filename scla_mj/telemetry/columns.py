@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 from numpy.typing import NDArray
 
@@ -24,6 +25,7 @@ from scla_mj.telemetry.timelines import time_columns
 _SIZES = np.array([population.size for population in POPULATIONS])
 _TRAIL_HEIGHT_M = 0.006
 _OUTCOME_COLORS = np.array([TRAIL_COLORS[outcome] for outcome in OUTCOME_CODES], np.uint8)
+_STRIP = rr.components.LineStrip3DBatch([]).as_arrow_array().type
 Rows = NDArray[np.void]
 """Rows of the buffer's tables, DECISION or THOUGHT."""
 
@@ -130,9 +132,15 @@ def _send_trail(stream: rr.RecordingStream, decisions: Rows, poses: Poses) -> No
     rows = decisions[decisions["poses"] > 0]
     floor = poses.position_m.copy()
     floor[:, 2] = _TRAIL_HEIGHT_M
-    strips = np.split(floor, np.cumsum(rows["poses"])[:-1])
-    trail = rr.LineStrips3D.columns(strips=strips, colors=_colors(rows))
+    trail = rr.LineStrips3D.columns(strips=_strips(floor, rows["poses"]), colors=_colors(rows))
     stream.send_columns(names.TRAJECTORY, _index(rows, "start_s"), trail)
+
+
+def _strips(points: NDArray[np.float32], lengths: NDArray[np.int64]) -> Any:
+    """Cut points, (n, 3), into line strips, as Arrow's list of them: Rerun turns any other into one strip by strip."""
+    ends = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
+    vectors = rr.components.Position3DBatch(points).as_arrow_array()
+    return pa.ListArray.from_arrays(pa.array(ends), vectors, type=_STRIP)
 
 
 def _colors(rows: Rows) -> NDArray[np.uint8]:

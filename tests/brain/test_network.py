@@ -263,6 +263,8 @@ def test_the_oracle_states_the_same_constants_as_the_configuration():
         (lambda network: network.advance(5, np.zeros((2, 1000))), r"drive has the shape \(2, 1000\)"),
         (lambda network: network.release_dopamine(np.ones(3)), r"amount has the shape \(3,\): it must be \(8,\)"),
         (lambda network: network.run(-1), "cannot run -1 steps"),
+        (lambda network: network.run(2.5), "cannot run 2.5 steps: it must be a whole number"),
+        (lambda network: setattr(network, "weights", np.full((8, 100, 100), np.nan)), "a weight is not finite"),
         (lambda network: setattr(network, "weights", np.ones((100, 100, 8))), r"weights has the shape \(100, 100, 8\)"),
         (lambda _: build(neurons=1500), "choose a multiple of 1000"),
     ],

@@ -85,8 +85,14 @@ class Network:
 
     @weights.setter
     def weights(self, weights: NDArray[Any]) -> None:
-        """Set the weights; what lies out of bounds is clipped when it is read, or changed."""
+        """Set the weights; what lies out of bounds is clipped when it is read, or changed.
+
+        Raises:
+            SclaError: they have another shape, or one of them is not finite.
+        """
         _require_shape("weights", weights, _by_block(self.state.weight).shape)
+        if not np.isfinite(weights).all():
+            raise SclaError("a weight is not finite: all must be numbers")
         self.state.weight[:] = weights.reshape(self.state.weight.shape)
         self.state.gathered_at[:] = self.state.gathered[:, np.newaxis]
         self._mean_at[:] = -1
@@ -130,8 +136,8 @@ class Network:
         """
         drive = self._undriven if drive is None else np.ascontiguousarray(drive, self._real)
         _require_shape("drive", drive, self._undriven.shape)
-        if steps < 0:
-            raise SclaError(f"a network cannot run {steps} steps: it must be 0 or more")
+        if not isinstance(steps, int | np.integer) or steps < 0:
+            raise SclaError(f"a network cannot run {steps} steps: it must be a whole number, 0 or more")
         if not goes_on:
             self._begin_window()
         wanted = self._window_steps + steps
@@ -228,5 +234,6 @@ def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:
 
 def _require_shape(name: str, array: NDArray[Any], wanted: tuple[int, ...]) -> None:
     """Compiled code looks at no bounds."""
-    if np.shape(array) != wanted:
-        raise SclaError(f"{name} has the shape {np.shape(array)}: it must be {wanted}")
+    shape = array.shape if isinstance(array, np.ndarray) else np.shape(array)
+    if shape != wanted:
+        raise SclaError(f"{name} has the shape {shape}: it must be {wanted}")

@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from scla_mj.collector import collect_rarely
 from scla_mj.config import RunConfig
 from scla_mj.runs.settings import settings_from_json
 
@@ -63,6 +64,7 @@ def peak_mb() -> float:
 
 def main(task: str, argument: str) -> None:
     """Carry out one task."""
+    collect_rarely()  # as the command does
     options = json.loads(argument)
     config = settings_from_json(RunConfig, options.pop("config"), "config")
     tasks: dict[str, Any] = {"first": first_decision, "long": long_run}
