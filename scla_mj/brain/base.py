@@ -23,7 +23,10 @@ class Brain(ABC):
         """Let time pass while the robot drives; `duration_s` is a whole number of control periods."""
 
     def activity(self) -> Activity | None:
-        """Return what the neurons did since the last `decide` began, or None for a brain without neurons."""
+        """Return what the neurons did since the last `decide` began, or None for a brain without neurons.
+
+        It is asked for after `learn`, where somebody wants to see it, and must change nothing.
+        """
         return None
 
     def snapshot(self) -> Snapshot:

@@ -18,11 +18,21 @@ class Account:
 
     def __init__(self, config: RunConfig) -> None:
         self.tally, self.history = Tally(config), WeightHistory()
+        self._decisions_an_epoch = config.decisions
         self._started = time.perf_counter()
         self._simulated_s = 0.0
 
+    def wants_activity(self, decision: int) -> bool:
+        """Tell whether the next decision, the epoch's `decision`-th, is one whose mean weights are kept."""
+        return self.history.is_due or decision == self._decisions_an_epoch
+
     def add(self, record: DecisionRecord, time_s: float) -> None:
-        """Count one decision, after which the run's time is `time_s`."""
+        """Count one decision, after which the run's time is `time_s`; an activity that is not wanted is not looked at.
+
+        So no figure depends on whether somebody else wants to see every decision's.
+        """
+        if record.activity is not None and not self.wants_activity(record.decision):
+            record = record._replace(activity=None)
         self.tally.add(record)
         self.history.add(record)
         self._simulated_s = time_s

@@ -28,7 +28,9 @@ _PROBABILITIES_EVERY: Final = 50
 """Decisions between two pictures of the policy: it is seen to change, for 2 ms a picture."""
 
 Watch = Callable[["DecisionRecord", Tally], None]
-"""Takes every decision, and the count so far, which can be asked for any epoch's figures."""
+"""Takes every decision, and the count so far, which can be asked for any epoch's figures.
+
+A decision's `activity` is None where nobody needs it: with telemetry off, in most."""
 
 
 class Session:
@@ -112,7 +114,8 @@ class Session:
         jumps = decision == 1 and epoch == config.world.jump_epoch
         if jumps:
             trial.move_target(config.build_grid(epoch))
-        record = trial.step(epoch=epoch, decision=decision)
+        observe = self._recorder is not None or self._account.wants_activity(decision)
+        record = trial.step(epoch=epoch, decision=decision, observe=observe)
         memory = None if self._recorder is None else self._memory(record)
         log.write(record)
         self._account.add(record, trial.time_s)

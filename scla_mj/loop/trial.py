@@ -65,8 +65,11 @@ class Trial:
         """The run's time so far."""
         return self._driver.time_s
 
-    def step(self, *, epoch: int, decision: int) -> DecisionRecord:
-        """Let the robot make one decision and drive it; `epoch` and `decision` are the record's numbers."""
+    def step(self, *, epoch: int, decision: int, observe: bool = True) -> DecisionRecord:
+        """Let the robot make one decision and drive it; `epoch` and `decision` are the record's numbers.
+
+        The record has the brain's activity if it is to `observe` that; to copy spikes takes time, and changes nothing.
+        """
         started_s = self.time_s
         percept, localised = self._percept or self._sense(), self._localiser.error()
         chosen = self.brain.decide(percept)
@@ -77,7 +80,7 @@ class Trial:
         move = self._given_up(move, hit)
         now = self._percept = self._sense_after(move, percept)
         self.brain.learn(Feedback(percept, chosen.action, executed, move.outcome, now, hit))
-        activity = self.brain.activity()
+        activity = self.brain.activity() if observe else None
         if hit or move.fallen:
             self._respawn()
         return DecisionRecord(epoch, decision, started_s, percept, chosen, executed, move, hit, activity, localised)

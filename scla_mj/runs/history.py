@@ -12,6 +12,8 @@ from scla_mj.signals import DecisionRecord
 
 CAPACITY: Final = 2048
 """Points kept at most: more than a figure has pixels across."""
+FIRST_STRIDE: Final = 4
+"""Decisions from one sample to the next in a run of up to 8192: a jump is still seen where it was, give or take 3."""
 
 
 class WeightCurve(NamedTuple):
@@ -25,19 +27,23 @@ class WeightCurve(NamedTuple):
 class WeightHistory:
     """Keeps every stride-th decision's mean weights; when full it drops every other sample and doubles the stride."""
 
-    def __init__(self, capacity: int = CAPACITY) -> None:
+    def __init__(self, capacity: int = CAPACITY, stride: int = FIRST_STRIDE) -> None:
         self._decision = np.zeros(capacity, dtype=np.int64)
         self._time_s = np.zeros(capacity)
         self._means = np.zeros((capacity, len(PROJECTION_NAMES)))
         self._seen = self._kept = 0
-        self._stride = 1
+        self._stride = stride
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the next decision is one whose mean weights are kept."""
+        return self._seen % self._stride == 0
 
     def add(self, record: DecisionRecord) -> None:
-        """Take the mean weights at the end of a decision; a brain without synapses adds nothing."""
-        if record.activity is None:
-            return
+        """Count a decision, and take the mean weights at its end if it is due; a brain without synapses has none."""
+        due = self.is_due
         self._seen += 1
-        if (self._seen - 1) % self._stride:
+        if not due or record.activity is None:
             return
         if self._kept == len(self._decision):
             self._thin()

@@ -23,8 +23,8 @@ from scla_mj.signals import DecisionRecord, Localised, Outcome
 class EpochSummary:
     """What one epoch earned, beside the ceiling of that epoch's floor.
 
-    `moves_per_hit` is None where nothing was hit; `mean_weights`, one a projection at the epoch's end, is None for a
-    brain without synapses.
+    `moves_per_hit` is None where nothing was hit; `mean_weights`, one a projection at the epoch's end (where it was cut
+    short, some decisions before: see runs/history.py), is None for a brain without synapses.
     """
 
     epoch: int

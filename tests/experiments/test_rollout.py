@@ -37,8 +37,9 @@ def test_the_embodied_robot_learns_far_beyond_the_random_walk(tmp_path):
 
 @pytest.mark.parametrize("telemetry", ["light", "full"])
 def test_recording_changes_no_bit_of_a_run(telemetry, tmp_path):
-    run(QUICK, tmp_path / "off")
-    run(dataclasses.replace(QUICK, telemetry=telemetry), tmp_path / "on")
+    off = run(QUICK, tmp_path / "off")
+    on = run(dataclasses.replace(QUICK, telemetry=telemetry), tmp_path / "on")
+    assert off.epochs == on.epochs
     for name in ("decisions.parquet", "brain.npz"):
         assert (tmp_path / "off" / name).read_bytes() == (tmp_path / "on" / name).read_bytes()
 
