@@ -30,7 +30,7 @@ _PROBABILITIES_EVERY: Final = 50
 Watch = Callable[["DecisionRecord", Tally], None]
 """Takes every decision, and the count so far, which can be asked for any epoch's figures.
 
-A decision's `activity` is None where nobody needs it: with telemetry off, in most."""
+With telemetry off most decisions have no activity, and their moves an empty trajectory: nobody needs them."""
 
 
 class Session:

@@ -95,11 +95,11 @@ class Driver:
         """Let the robot stand for some control periods, its wheels commanded to rest, while the physics goes on."""
         self._run(Goal(0.0, 0.0, 0.0, 0.0), 0, standing=controls)
 
-    def drive(self, action: Action, start_cell: Cell, *, standing: int = 0) -> Move:
+    def drive(self, action: Action, start_cell: Cell, *, standing: int = 0, observe: bool = True) -> Move:
         """Carry out one action from a cell, to the end: the next cell, back from a wall, or a failure.
 
         Before it the robot stands for `standing` control periods, as in `hold`. The move's trajectory opens with them,
-        and with those of `hold` since the last move.
+        and with those of `hold` since the last move; it is left empty if nobody is to `observe` it.
         """
         grid = self._world.grid
         beyond = start_cell.after(action)
@@ -113,7 +113,7 @@ class Driver:
         periods, status = self._run(goal, longest, standing=standing)
         if self._odometer is not None and self._look is not None and self._standing() is not None:
             periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
-        trajectory = self._rows[: self._filled].copy()
+        trajectory = self._rows[: self._filled if observe else 0].copy()
         self._filled = 0
         duration_s = periods * self._clock.control_period_s
         pose = self._standing()

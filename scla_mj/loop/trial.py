@@ -68,13 +68,13 @@ class Trial:
     def step(self, *, epoch: int, decision: int, observe: bool = True) -> DecisionRecord:
         """Let the robot make one decision and drive it; `epoch` and `decision` are the record's numbers.
 
-        The record has the brain's activity if it is to `observe` that; to copy spikes takes time, and changes nothing.
+        The record has the brain's activity and the move's trajectory if it is to `observe` them: copies take time.
         """
         started_s = self.time_s
         percept, localised = self._percept or self._sense(), self._localiser.error()
         chosen = self.brain.decide(percept)
         executed = self._noise.execute(chosen.action)
-        move = self._driver.drive(executed, percept.cell, standing=self._thinking_controls)
+        move = self._driver.drive(executed, percept.cell, standing=self._thinking_controls, observe=observe)
         self.brain.elapse(move.duration_s)
         hit = not move.fallen and move.after == self._grid.target
         move = self._given_up(move, hit)

@@ -45,6 +45,7 @@ class Disturbance:
     ) -> None:
         self._world = world
         self._config = config
+        self._changes_model = config.model_changes
         self._rng = model_rng
         self._nominal = _Nominal(world.model)
         self.draw = Draw()
@@ -55,7 +56,7 @@ class Disturbance:
 
     def renew(self) -> None:
         """Draw another robot and another floor; a spawn must follow, since the robot stands otherwise on them."""
-        if self._config.model_changes:
+        if self._changes_model:
             self._apply(self._drawn())
         if self.interference is not None:
             self.interference.late[:] = 0.0
@@ -76,7 +77,7 @@ class Disturbance:
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from `state`: the model, and what interferes; the world's own state is the world's to restore."""
         self._rng.bit_generator.state = state["model_rng"]
-        if self._config.model_changes:
+        if self._changes_model:
             self._apply(Draw(*state["draw"]))
         if self.interference is not None:
             self.interference.late[:] = state["late"]

@@ -117,7 +117,7 @@ def record(config: RunConfig) -> Tape:
         for decision in range(1, config.decisions + 1):
             if fresh:
                 tape.episodes.append(Episode(_physics_state(trial.world), []))
-            done = trial.step(epoch=epoch, decision=decision, observe=False)
+            done = trial.step(epoch=epoch, decision=decision)
             commands = done.move.trajectory[:, _COMMANDS].copy()
             tape.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
             fresh = done.hit or done.move.fallen
