@@ -37,3 +37,21 @@ def columns_of(path: Path) -> dict[tuple[str, str], list[object]]:
                     if name != "rerun.controls.RowId":
                         columns.setdefault((chunk.entity, name), []).extend(column.to_pylist())
     return columns
+
+
+@pytest.mark.parametrize("mode", ["light", "full"])
+def test_every_row_carries_the_decision_of_its_time_and_that_decisions_epoch(tmp_path, mode):
+    run = list(records(epochs=3, decisions=15, spikes=60, thinking_spikes=20))
+    record_run(tmp_path / "r.rrd", mode, run)
+    starts_s = np.array([record.time_s for record in run])
+    ends_s = np.array([record.move.trajectory[-1, 0] for record in run])
+    seen = set()
+    with open_recording(tmp_path / "r.rrd", untrusted=False) as file:
+        for chunk in file.chunks():
+            if chunk.has(names.DECISION):
+                number = chunk.decision - 1
+                np.testing.assert_array_equal(chunk.epoch, number // 15 + 1)
+                assert (starts_s[number] - 1e-9 <= chunk.time_s).all()
+                assert (chunk.time_s <= ends_s[number] + 1e-9).all()
+                seen.add(chunk.entity)
+    assert {"world/robot", names.TRAJECTORY, names.SPIKES, names.WINDOWS, names.HIT, f"{names.RATES}/MU"} <= seen
