@@ -221,6 +221,6 @@ class Session:
         floor = hits_per_1000(first, config.protocol, uniform_policy(first))
         plots.plot_epochs(path, summary, floor_hits_per_1000=floor)
         if memory.weights is not None:
-            plots.plot_weights(path, self._account.history.curve())
+            plots.plot_weights(path, self._account.history.curve(), summary)
         if memory.probabilities is not None:
-            plots.plot_policy(path, last, memory.probabilities)
+            plots.plot_policy(path, last, memory.probabilities, summary)

@@ -64,12 +64,12 @@ def plot_epochs(folder: Path, summary: Summary, *, floor_hits_per_1000: float | 
     axes.xaxis.set_major_locator(MaxNLocator(nbins=15, integer=True, min_n_ticks=1))
     axes.set_xlabel("epoch")
     axes.set_ylabel("hits per 1000 decisions")
-    axes.set_title(f"Hits per epoch: {_setting(summary)}")
+    _entitle(figure, axes, "Hits per epoch", summary)
     _save(figure, folder / EPOCHS_PNG)
 
 
-def plot_weights(folder: Path, curve: WeightCurve) -> None:
-    """Write `weights.png`: the 8 mean weights over simulated time (the paper's Figure 3).
+def plot_weights(folder: Path, curve: WeightCurve, summary: Summary) -> None:
+    """Write `weights.png`: the 8 mean weights over simulated time (the paper's Figure 3); `summary` says of which run.
 
     Raises:
         SclaError: the folder cannot be written to.
@@ -84,7 +84,7 @@ def plot_weights(folder: Path, curve: WeightCurve) -> None:
     axes.margins(x=0.01)
     axes.set_xlabel(f"simulated time ({unit})")
     axes.set_ylabel("mean weight (mV)")
-    axes.set_title("Mean weights: agreeing projections warm, opposite ones cool")
+    _entitle(figure, axes, "Mean weights: agreeing projections warm, opposite ones cool", summary)
     handles, labels = axes.get_legend_handles_labels()
     order = sorted(range(len(labels)), key=lambda index: not PROJECTIONS[index].agrees)
     axes.legend([handles[i] for i in order], [labels[i] for i in order], ncols=1, frameon=False, fontsize=8,
@@ -92,10 +92,10 @@ def plot_weights(folder: Path, curve: WeightCurve) -> None:
     _save(figure, folder / WEIGHTS_PNG)
 
 
-def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64]) -> None:
+def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], summary: Summary) -> None:
     """Write `policy.png`: every cell quartered, a quarter an action, darker where it is likelier; the target marked.
 
-    `probabilities` is (W, H, 4), indexed from 0 by x - 1, y - 1 and action.
+    `probabilities` is (W, H, 4), indexed from 0 by x - 1, y - 1 and action; `summary` says of which run.
 
     Raises:
         SclaError: the folder cannot be written to.
@@ -118,7 +118,7 @@ def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64]) ->
     axes.grid(False)
     axes.set_xlabel("x")
     axes.set_ylabel("y")
-    axes.set_title("Action probabilities of the cells")
+    _entitle(figure, axes, "Action probabilities of the cells", summary)
     figure.colorbar(shades, ax=axes, label="probability", shrink=0.85)
     _save(figure, folder / POLICY_PNG)
 
@@ -130,8 +130,13 @@ def _canvas(width_in: float, height_in: float) -> tuple[Figure, Axes]:
     axes.grid(axis="y", color="#e5e5e5", lw=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(colors=INK, labelsize=9)
-    axes.title.set_fontsize(11)
     return figure, axes
+
+
+def _entitle(figure: Figure, axes: Axes, title: str, summary: Summary) -> None:
+    """Say what is shown, and under it of which run."""
+    figure.suptitle(title, fontsize=11)
+    axes.set_title(_setting(summary), fontsize=8, color=INK)
 
 
 def _save(figure: Figure, path: Path) -> None:

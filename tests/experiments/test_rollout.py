@@ -129,7 +129,8 @@ def test_a_run_cut_before_its_target_jumps_draws_the_target_where_it_was(tmp_pat
 
     with pytest.raises(KeyboardInterrupt):
         rollout(config, tmp_path / "cut", watch=stop)
-    plot_policy(tmp_path, config.build_grid(1), read_brain(tmp_path / "cut").probabilities)
+    probabilities, summary = read_brain(tmp_path / "cut").probabilities, read_summary(tmp_path / "cut")
+    plot_policy(tmp_path, config.build_grid(1), probabilities, summary)
     assert (tmp_path / "cut" / "policy.png").read_bytes() == (tmp_path / "policy.png").read_bytes()
 
 

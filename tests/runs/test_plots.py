@@ -62,7 +62,7 @@ def test_weights_are_drawn_in_warm_colours_where_sensor_and_motor_agree(tmp_path
     time_s = np.linspace(0, 600, 50)
     means = np.array([[3.9 if projection.agrees else 0.3 for projection in PROJECTIONS]]) + np.zeros((50, 1))
     means += np.linspace(-0.25, 0.0, 8)
-    plot_weights(tmp_path, WeightCurve(np.arange(50), time_s, means))
+    plot_weights(tmp_path, WeightCurve(np.arange(50), time_s, means), summary_of([400]))
     image = pixels(tmp_path / WEIGHTS_PNG)[:, : 5 * 150]  # left of the legend
     upper, lower = image[: image.shape[0] // 2], image[image.shape[0] // 2 :]
     for projection in PROJECTIONS:
@@ -78,7 +78,7 @@ def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
     probabilities = np.full((5, 5, 4), 0.25)
     for cell, action in certain.items():
         probabilities[cell.x - 1, cell.y - 1] = np.eye(4)[action]
-    plot_policy(tmp_path, PAPER, probabilities)
+    plot_policy(tmp_path, PAPER, probabilities, summary_of([400]))
     image = pixels(tmp_path / POLICY_PNG)
     image = image[:, : int(image.shape[1] * 0.84)]  # without the colour bar
     assert POLICY_COLOURS == "Blues"
@@ -97,14 +97,14 @@ def test_the_same_data_give_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
         plot_epochs(tmp_path / name, summary_of([3, 9]), floor_hits_per_1000=31.58)
-        plot_policy(tmp_path / name, PAPER, np.full((5, 5, 4), 0.25))
+        plot_policy(tmp_path / name, PAPER, np.full((5, 5, 4), 0.25), summary_of([3, 9]))
     for name in (EPOCHS_PNG, POLICY_PNG):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 
 @pytest.mark.parametrize(("cells", "target"), [((2, 1), (1, 1)), ((1, 9), (1, 9)), ((30, 20), (7, 7))])
 def test_grids_of_any_shape_and_runs_of_no_length_are_drawn(tmp_path, cells, target):
-    plot_policy(tmp_path, Grid(cells, Cell(*target), 0.3), np.full((*cells, 4), 0.25))
-    plot_weights(tmp_path, WeightCurve(np.zeros(0, int), np.zeros(0), np.zeros((0, 8))))
+    plot_policy(tmp_path, Grid(cells, Cell(*target), 0.3), np.full((*cells, 4), 0.25), summary_of([]))
+    plot_weights(tmp_path, WeightCurve(np.zeros(0, int), np.zeros(0), np.zeros((0, 8))), summary_of([]))
     plot_epochs(tmp_path, summary_of([]))
     assert {path.name for path in tmp_path.iterdir()} == {POLICY_PNG, WEIGHTS_PNG, EPOCHS_PNG}
