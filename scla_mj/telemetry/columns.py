@@ -1,4 +1,4 @@
-"""Sends a buffer as columns: one call an entity for some 500 decisions, spikes first and hits last.
+"""Sends a buffer as columns: one call an entity for some 1000 decisions, spikes first and hits last.
 
 In that order a file that was cut short never counts a decision whose spikes are missing.
 """

@@ -29,8 +29,9 @@ from scla_mj.telemetry.scene import log_scene
 from scla_mj.telemetry.styles import log_styles
 from scla_mj.telemetry.timelines import set_time
 
-_DECISIONS_A_FLUSH: Final = 500
-"""Columns this long cost 31 bytes a number on disk where single rows cost 1300, and a flush 25 ms at any length."""
+_DECISIONS_A_FLUSH: Final = 1000
+"""Columns this long cost 31 bytes a number on disk where single rows cost 1300; shorter ones leave more of Rerun's
+memory in pieces, which a long run then holds."""
 _SPIKES_A_FLUSH: Final = 800_000
 """And this many spikes bound the memory of a full recording (some 40 MB while they are sorted)."""
 

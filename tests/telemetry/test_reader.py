@@ -212,7 +212,7 @@ from synthetic_run import records
 from test_recording import open_recorder
 from pathlib import Path
 recorder = open_recorder(Path(sys.argv[1]))
-for record in records(epochs=1, decisions=550, spikes=20, thinking_spikes=10):
+for record in records(epochs=1, decisions=1050, spikes=20, thinking_spikes=10):
     recorder.write(record)
 recorder._stream.flush()
 os.kill(os.getpid(), signal.SIGKILL)
@@ -224,8 +224,8 @@ def test_the_recording_of_a_killed_run_is_readable_up_to_its_last_columns(tmp_pa
     done = subprocess.run([sys.executable, "-c", script, str(tmp_path / "r.rrd")], capture_output=True, timeout=60)
     assert done.returncode == -signal.SIGKILL, done.stderr.decode()
     seen = inspect_recording(tmp_path / "r.rrd")
-    assert (seen.finished, seen.decisions) == (False, 500)
-    expected = sum(record.hit for record in list(records(epochs=1, decisions=550, spikes=20, thinking_spikes=10))[:500])
+    assert (seen.finished, seen.decisions) == (False, 1000)
+    expected = sum(record.hit for record in list(records(epochs=1, decisions=1050, spikes=20, thinking_spikes=10))[:1000])
     assert seen.epochs[0].hits == expected
 
 
