@@ -225,8 +225,8 @@ def test_the_recording_of_a_killed_run_is_readable_up_to_its_last_columns(tmp_pa
     assert done.returncode == -signal.SIGKILL, done.stderr.decode()
     seen = inspect_recording(tmp_path / "r.rrd")
     assert (seen.finished, seen.decisions) == (False, 1000)
-    expected = sum(record.hit for record in list(records(epochs=1, decisions=1050, spikes=20, thinking_spikes=10))[:1000])
-    assert seen.epochs[0].hits == expected
+    run = list(records(epochs=1, decisions=1050, spikes=20, thinking_spikes=10))
+    assert seen.epochs[0].hits == sum(record.hit for record in run[:1000])
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
