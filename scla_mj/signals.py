@@ -44,9 +44,10 @@ TRAJECTORY_COLUMNS: Final = (
 class Move(NamedTuple):
     """What the body did with one decision, from its physical pose.
 
-    `trajectory` has a row a control period and the columns of `TRAJECTORY_COLUMNS`; `time_s` counts from the run's
-    start. `duration_s` is the drive alone, without the thinking window. `fallen` says that the robot cannot drive on
-    from where it is (it lies, or is lost, or has failed too often in a row) and is put down somewhere else.
+    `trajectory` has a row a control period (none where nobody observes the move) and the columns of
+    `TRAJECTORY_COLUMNS`; `time_s` counts from the run's start. `duration_s` is the drive alone, without the thinking
+    window. `fallen` says that the robot cannot drive on from where it is (it lies, or is lost, or has failed too often
+    in a row) and is put down somewhere else.
     """
 
     outcome: Outcome

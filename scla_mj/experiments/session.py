@@ -220,7 +220,8 @@ class Session:
         first, last = config.build_grid(), config.build_grid(summary.epochs[-1].epoch)
         floor = hits_per_1000(first, config.protocol, uniform_policy(first))
         plots.plot_epochs(path, summary, floor_hits_per_1000=floor)
-        if memory.weights is not None:
-            plots.plot_weights(path, self._account.history.curve(), summary)
+        curve = self._account.history.curve()
+        if len(curve.decision):
+            plots.plot_weights(path, curve, summary)
         if memory.probabilities is not None:
             plots.plot_policy(path, last, memory.probabilities, summary)

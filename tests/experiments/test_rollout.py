@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from scla_mj.anatomy import PROJECTIONS
+from scla_mj.brain.scla import SclaBrain
 from scla_mj.config import GridConfig, RunConfig, WorldConfig
 from scla_mj.experiments.rollout import rollout
 from scla_mj.grid import Action, Cell
@@ -13,6 +14,7 @@ from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.plots import plot_policy
 from scla_mj.runs.summary import read_summary
+from scla_mj.signals import Snapshot
 from scla_mj.telemetry.reader import inspect_recording
 
 QUICK = RunConfig(epochs=1, decisions=40, telemetry="off")
@@ -42,6 +44,13 @@ def test_recording_changes_no_bit_of_a_run(telemetry, tmp_path):
     assert off.epochs == on.epochs
     for name in ("decisions.parquet", "brain.npz"):
         assert (tmp_path / "off" / name).read_bytes() == (tmp_path / "on" / name).read_bytes()
+
+
+def test_weights_are_drawn_for_every_brain_that_tells_its_mean_weights(tmp_path, monkeypatch):
+    monkeypatch.setattr(SclaBrain, "snapshot", lambda _: Snapshot())
+    rollout(dataclasses.replace(QUICK, decisions=9), tmp_path / "run")
+    assert (tmp_path / "run" / "weights.png").exists()
+    assert not (tmp_path / "run" / "policy.png").exists()
 
 
 def test_another_seed_gives_another_run(tmp_path):
