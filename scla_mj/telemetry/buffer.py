@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scla_mj.anatomy import POPULATIONS, PROJECTIONS
 from scla_mj.clock import Clock
@@ -39,8 +38,6 @@ _MEANS: Final = (np.float64, (len(PROJECTIONS),))
 THOUGHT: Final = np.dtype(
     [
         ("row", np.int64),
-        ("spikes", np.int64),
-        ("kept_counts", *_COUNTS),
         ("thinking_counts", *_COUNTS),
         ("whole_counts", *_COUNTS),
         ("whole_steps", np.int64),
@@ -49,62 +46,49 @@ THOUGHT: Final = np.dtype(
         ("origin_ms", np.float64),
     ]
 )
-"""What a spiking brain did in the decision that is the buffer's `row`; counts are by population, `spikes` the kept."""
+"""What a spiking brain did in the decision that is the buffer's `row`; counts are spikes by population."""
 
 
 class Buffer:
-    """Gathers at most `capacity` decisions; `clear` after they were sent.
+    """Gathers decisions; `clear` after they were sent.
 
     Attributes:
+        decisions, thoughts: rows of `DECISION`, and of `THOUGHT` where a spiking brain decided.
         poses: rows of `TRAJECTORY_COLUMNS`, decision after decision.
         spike_step, spike_neuron: the kept spikes, steps from their decision's start.
     """
 
-    def __init__(self, *, mode: Telemetry, clock: Clock, pose_stride: int, capacity: int) -> None:
+    def __init__(self, *, mode: Telemetry, clock: Clock, pose_stride: int) -> None:
         self.mode, self.clock = mode, clock
         self.strip = Strip(joins_windows=mode == "light")
+        self.decisions, self.thoughts = Pile((), DECISION), Pile((), THOUGHT)
         self.poses = Pile((len(TRAJECTORY_COLUMNS),), np.float64)
         self.spike_step, self.spike_neuron = Pile((), np.int32), Pile((), np.int32)
         self._pose_stride = pose_stride
-        self._decisions, self._thoughts = np.empty(capacity, DECISION), np.empty(capacity, THOUGHT)
-        self._filled = self._thought = 0
-
-    def __len__(self) -> int:
-        return self._filled
-
-    @property
-    def decisions(self) -> NDArray[Any]:
-        """A copy of the rows of `DECISION`, (n,): Rerun may go on reading what it was given."""
-        return self._decisions[: self._filled].copy()
-
-    @property
-    def thoughts(self) -> NDArray[Any]:
-        """A copy of the rows of `THOUGHT`: a row for every decision of a spiking brain."""
-        return self._thoughts[: self._thought].copy()
 
     def add(self, record: DecisionRecord, decision: int, rolling: float) -> None:
         """Take what the mode keeps of one record."""
         move = record.move
-        self._decisions[self._filled] = (
-            record.time_s,
-            end_time_s(move.trajectory, record.time_s),
-            decision,
-            record.epoch,
-            record.hit,
-            OUTCOME_CODES[move.outcome],
-            move.duration_s,
-            move.position_error_m,
-            rolling,
-            add_poses(self.poses, move.trajectory, self._pose_stride),
-        )
         if record.activity is not None:
             self._think(record.activity, record.time_s)
-        self._filled += 1
+        self.decisions.append(
+            (
+                record.time_s,
+                end_time_s(move.trajectory, record.time_s),
+                decision,
+                record.epoch,
+                record.hit,
+                OUTCOME_CODES[move.outcome],
+                move.duration_s,
+                move.position_error_m,
+                rolling,
+                add_poses(self.poses, move.trajectory, self._pose_stride),
+            )
+        )
 
     def clear(self) -> None:
         """Forget what was sent."""
-        self._filled = self._thought = 0
-        for pile in (self.poses, self.spike_step, self.spike_neuron):
+        for pile in (self.decisions, self.thoughts, self.poses, self.spike_step, self.spike_neuron):
             pile.clear()
 
     def _think(self, activity: Activity, time_s: float) -> None:
@@ -113,16 +97,13 @@ class Buffer:
         steps = activity.thinking_steps if thinking_only else activity.steps
         self.spike_step.add(activity.spike_step[:spikes])
         self.spike_neuron.add(activity.spike_neuron[:spikes])
-        thinking, whole = count_by_population(activity)
-        self._thoughts[self._thought] = (
-            self._filled,
-            spikes,
-            thinking if thinking_only else whole,
-            thinking,
-            whole,
-            activity.steps,
-            activity.mean_weights,
-            activity.dopamine,
-            self.strip.place(time_s, steps * self.clock.neural_step_ms),
+        self.thoughts.append(
+            (
+                len(self.decisions),
+                *count_by_population(activity),
+                activity.steps,
+                activity.mean_weights,
+                activity.dopamine,
+                self.strip.place(time_s, steps * self.clock.neural_step_ms),
+            )
         )
-        self._thought += 1

@@ -32,9 +32,10 @@ Rows = NDArray[np.void]
 
 def send_buffer(stream: rr.RecordingStream, buffer: Buffer, robot: RobotEntities) -> None:
     """Send everything that waits, and clear the buffer."""
-    if not len(buffer):
+    if not len(buffer.decisions):
         return
-    decisions, thoughts = buffer.decisions, buffer.thoughts
+    # Copies: Rerun may go on reading what it was given.
+    decisions, thoughts = buffer.decisions.rows.copy(), buffer.thoughts.rows.copy()
     poses = poses_of(buffer.poses.rows) if len(buffer.poses) else None
     if len(thoughts):
         thinking = decisions[thoughts["row"]]
@@ -65,9 +66,10 @@ def _send_scalars(stream: rr.RecordingStream, entity: str, index: list[rr.TimeCo
 
 def _send_spikes(stream: rr.RecordingStream, buffer: Buffer, rows: Rows, thoughts: Rows) -> None:
     """A row a decision and population, at the time when the thinking window opened."""
-    clock, origins_ms, counts = buffer.clock, thoughts["origin_ms"], thoughts["kept_counts"].T
+    clock, origins_ms = buffer.clock, thoughts["origin_ms"]
+    counts = thoughts["thinking_counts" if buffer.mode == "light" else "whole_counts"].T
     step, neuron = buffer.spike_step.rows, buffer.spike_neuron.rows
-    block = build_block(step, neuron, thoughts["spikes"], counts, origins_ms, clock.neural_step_ms)
+    block = build_block(step, neuron, counts, origins_ms, clock.neural_step_ms)
     index = _index(rows, "start_s")
     half_ms = clock.thinking_steps * clock.neural_step_ms / 2
     centres = np.column_stack([origins_ms + half_ms, np.full(len(rows), _SIZES.sum() / 2)])

@@ -33,6 +33,13 @@ class Pile:
         self._memory[self._filled : end] = rows
         self._filled = end
 
+    def append(self, row: Any) -> None:
+        """Copy one row to the end: a tuple, where the rows are records."""
+        if self._filled == len(self._memory):
+            self._grow(self._filled + 1)
+        self._memory[self._filled] = row
+        self._filled += 1
+
     def clear(self) -> None:
         """Forget the rows."""
         self._filled = 0

@@ -30,8 +30,7 @@ from scla_mj.telemetry.styles import log_styles
 from scla_mj.telemetry.timelines import set_time
 
 _DECISIONS_A_FLUSH: Final = 1000
-"""Columns this long cost 31 bytes a number on disk where single rows cost 1300; shorter ones leave more of Rerun's
-memory in pieces, which a long run then holds."""
+"""Columns this long cost 31 bytes a number on disk where single rows cost 1300; of shorter ones Rerun keeps more."""
 _SPIKES_A_FLUSH: Final = 800_000
 """And this many spikes bound the memory of a full recording (some 40 MB while they are sorted)."""
 
@@ -102,7 +101,7 @@ class RerunRecorder:
         # Columns overtake what is logged row by row: a file cut short must hold at least what it is about.
         self._flush()
         stride = max(1, round(POSE_PERIOD_S / clock.control_period_s))
-        self._buffer = Buffer(mode=mode, clock=clock, pose_stride=stride, capacity=_DECISIONS_A_FLUSH)
+        self._buffer = Buffer(mode=mode, clock=clock, pose_stride=stride)
         self._curve = LearningCurve()
         self._decision = first_decision - 1
         self._last: _Last | None = None
@@ -135,7 +134,7 @@ class RerunRecorder:
             self._say(f"the move {record.chosen.action.label} from cell ({x}, {y}) failed", rr.TextLogLevel.WARN)
         if snapshot is not None:
             self._keep(snapshot)
-        if len(self._buffer) >= _DECISIONS_A_FLUSH or len(self._buffer.spike_step) >= _SPIKES_A_FLUSH:
+        if len(self._buffer.decisions) >= _DECISIONS_A_FLUSH or len(self._buffer.spike_step) >= _SPIKES_A_FLUSH:
             self._send()
 
     def sync(self) -> None:
@@ -228,7 +227,8 @@ class RerunRecorder:
 
     def _send(self) -> None:
         """Hand the buffer to Rerun, whose threads wait for ever once a disk is full: so only while there is room."""
-        wanted_bytes = _ROOM_BYTES + _DECISION_BYTES * len(self._buffer) + _SPIKE_BYTES * len(self._buffer.spike_step)
+        decisions, spikes = len(self._buffer.decisions), len(self._buffer.spike_step)
+        wanted_bytes = _ROOM_BYTES + _DECISION_BYTES * decisions + _SPIKE_BYTES * spikes
         try:
             free_bytes = shutil.disk_usage(self._path.parent).free
         except OSError as error:

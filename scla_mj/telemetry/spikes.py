@@ -54,19 +54,18 @@ def _counts(neuron: NDArray[np.int32]) -> NDArray[np.int64]:
 def build_block(
     steps: NDArray[np.int32],
     neurons: NDArray[np.int32],
-    spikes: NDArray[np.int64],
     counts: NDArray[np.int64],
     origins_ms: NDArray[np.float64],
     neural_step_ms: float,
 ) -> SpikeBlock:
     """Order the spikes of several decisions by population, and place each decision at its origin along the raster.
 
-    `steps` and `neurons` are decision after decision, `spikes` of each; `counts` are (populations, decisions).
+    `steps` and `neurons` are decision after decision; `counts` are theirs, (populations, decisions).
     """
     # Stable, and a radix sort on one byte: within a population the spikes stay in the order of time.
     order = np.argsort(_POPULATION_OF[neurons], kind="stable")
     time_ms = steps * neural_step_ms
-    time_ms += np.repeat(origins_ms, spikes)
+    time_ms += np.repeat(origins_ms, counts.sum(axis=0))
     points = np.empty((len(neurons), 2), np.float32)
     points[:, 0] = time_ms[order]
     points[:, 1] = neurons[order]

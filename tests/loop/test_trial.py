@@ -18,7 +18,9 @@ def test_a_robot_does_the_same_whether_it_is_observed_or_not():
 def test_an_observed_move_begins_where_the_one_before_ended_though_that_was_not_observed():
     trial = build_trial(RunConfig())
     records = [trial.step(epoch=1, decision=number, observe=number % 2 == 0) for number in range(1, 21)]
-    for record in filter(lambda record: len(record.move.trajectory), records):
+    observed = [record for record in records if len(record.move.trajectory)]
+    assert len(observed) == 10
+    for record in observed:
         first_s, last_s = record.move.trajectory[[0, -1], 0]
         assert abs(first_s - (record.time_s + 0.01)) < 1e-9
         assert abs(last_s - (record.time_s + 0.05 + record.move.duration_s)) < 1e-9

@@ -24,3 +24,12 @@ def test_a_pile_keeps_copies():
     pile.add(rows)
     rows[:] = -1
     np.testing.assert_array_equal(pile.rows, np.arange(5))
+
+
+def test_records_come_one_by_one():
+    kind = np.dtype([("number", np.int64), ("pair", np.float64, (2,))])
+    pile = Pile((), kind)
+    for number in range(3000):
+        pile.append((number, np.array([number, -number])))
+    np.testing.assert_array_equal(pile.rows["number"], np.arange(3000))
+    np.testing.assert_array_equal(pile.rows["pair"], np.outer(np.arange(3000), [1, -1]))
