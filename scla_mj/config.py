@@ -44,10 +44,10 @@ class GridConfig:
 
 
 @dataclass(frozen=True)
-class WorldConfig:
+class TaskConfig:
     """What makes the task harder than the paper's."""
 
-    direction_noise: float = 0.0
+    action_noise: float = 0.0
     """Probability that the executed direction is one of the three others (the paper's non-deterministic
     environment)."""
     jump_epoch: int = 0
@@ -215,7 +215,7 @@ class RunConfig:
     localisation: Localisation = "truth"
     """How the robot knows where it is: the simulator tells it, wheel encoders and gyro do, or these and range rays."""
     grid: Annotated[GridConfig, tyro.conf.arg(name="")] = field(default_factory=GridConfig)
-    world: WorldConfig = field(default_factory=WorldConfig)
+    task: TaskConfig = field(default_factory=TaskConfig)
     clock: ClockConfig = field(default_factory=ClockConfig)
     network: NetworkConfig = field(default_factory=NetworkConfig)
     plasticity: PlasticityConfig = field(default_factory=PlasticityConfig)
@@ -226,8 +226,8 @@ class RunConfig:
 
     def build_grid(self, epoch: int = 1) -> Grid:
         """Return the checked grid, with the target where it is in that epoch."""
-        grid, jump_epoch = self.grid, self.world.jump_epoch
-        target = self.world.jump_target if 0 < jump_epoch <= epoch else grid.target
+        grid, jump_epoch = self.grid, self.task.jump_epoch
+        target = self.task.jump_target if 0 < jump_epoch <= epoch else grid.target
         closed = frozenset(Cell(*cell) for cell in grid.closed_cells)
         return Grid(grid.cells, Cell(*target), grid.cell_size_m, closed)
 
@@ -247,11 +247,11 @@ class RunConfig:
         self._check_jump()
 
     def _check_jump(self) -> None:
-        if not self.world.jump_epoch:
+        if not self.task.jump_epoch:
             return
-        if self.world.jump_target == self.grid.target:
-            raise SclaError("--world.jump-target is --target: choose another cell, or leave out --world.jump-epoch")
+        if self.task.jump_target == self.grid.target:
+            raise SclaError("--task.jump-target is --target: choose another cell, or leave out --task.jump-epoch")
         try:
-            self.build_grid(epoch=self.world.jump_epoch)
+            self.build_grid(epoch=self.task.jump_epoch)
         except SclaError as error:
-            raise SclaError(f"--world.jump-target: {error}") from error
+            raise SclaError(f"--task.jump-target: {error}") from error

@@ -17,8 +17,8 @@ RANGES: Final[dict[str, tuple[float, float]]] = {
     "decisions": (1, math.inf),
     "seed": (0, math.inf),
     "cell-size-m": (0.27, 3.0),  # turning in place sweeps a circle of 0.133 m about the axle
-    "world.direction-noise": (0.0, 0.75),  # at 3/4 a decision says nothing about the direction any more
-    "world.jump-epoch": (0, math.inf),
+    "task.action-noise": (0.0, 0.75),  # at 3/4 a decision says nothing about the direction any more
+    "task.jump-epoch": (0, math.inf),
     "clock.base-step-ms": (_TINY, 100.0),
     "clock.neural-step-ms": (0.05, 1.0),  # shorter steps are no more exact in float32, and a second takes minutes
     "clock.physics-step-ms": (0.1, 20.0),  # at 0.1 the slowest move that is allowed, 600 s, still ends in a minute

@@ -90,18 +90,18 @@ def _reached(edges: csr_array, start: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return reached
 
 
-def ceiling_hits_per_1000(grid: Grid, protocol: StartProtocol, *, direction_noise: float = 0.0) -> float:
+def ceiling_hits_per_1000(grid: Grid, protocol: StartProtocol, *, action_noise: float = 0.0) -> float:
     """Return what the best policy earns: by search where moves are certain, else by value iteration on the same MDP.
 
-    With probability `direction_noise` the executed direction is one of the three others, each as likely.
+    With probability `action_noise` the executed direction is one of the three others, each as likely.
     """
-    if direction_noise == 0.0:
+    if action_noise == 0.0:
         return grid.ceiling_hits_per_1000(protocol)
-    moves = fewest_expected_moves(grid, direction_noise=direction_noise)
+    moves = fewest_expected_moves(grid, action_noise=action_noise)
     return 1000.0 / float(np.mean([moves[cell] for cell in grid.start_cells(protocol)]))
 
 
-def fewest_expected_moves(grid: Grid, *, direction_noise: float) -> dict[Cell, float]:
+def fewest_expected_moves(grid: Grid, *, action_noise: float) -> dict[Cell, float]:
     """Return the best policy's mean number of moves from every open cell: m(s) = 1 + min_a sum_s' P(s' | s, a) m(s').
 
     Value iteration (Bellman 1957) until no cell changes by more than 1e-12 of its value; where that is slow, as moves
@@ -110,8 +110,8 @@ def fewest_expected_moves(grid: Grid, *, direction_noise: float) -> dict[Cell, f
     cells = grid.open_cells()
     index = {cell: number for number, cell in enumerate(cells)}
     after = np.array([[index[grid.after(cell, action)] for action in Action] for cell in cells])
-    chance = np.full((len(Action), len(Action)), direction_noise / (len(Action) - 1))
-    np.fill_diagonal(chance, 1.0 - direction_noise)
+    chance = np.full((len(Action), len(Action)), action_noise / (len(Action) - 1))
+    np.fill_diagonal(chance, 1.0 - action_noise)
     moves = np.zeros(len(cells))
     for _ in range(_MOST_SWEEPS):
         improved = 1.0 + (moves[after] @ chance).min(axis=1)

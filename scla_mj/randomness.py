@@ -14,8 +14,8 @@ class Consumer(enum.IntEnum):
     WEIGHTS = 1
     NOISE = 2
     TIES = 3
-    AUTOMATA = 4
-    DIRECTION_NOISE = 5
+    BRAIN = 4
+    ACTION_NOISE = 5
     MODEL_DISTURBANCE = 6
     DRIVE_DISTURBANCE = 7
     SENSOR_NOISE = 8

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from scla_mj.config import NetworkConfig, RunConfig, WorldConfig
-from scla_mj.experiments.rollout import rollout
+from scla_mj.config import NetworkConfig, RunConfig, TaskConfig
+from scla_mj.engine.rollout import rollout
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.folder import PACKAGES
@@ -28,7 +28,7 @@ _DOUBLE = NetworkConfig(precision="float64")
 RUNS: dict[str, RunConfig] = {
     "scla any-start float32": RunConfig(),
     "scla any-start float64": RunConfig(network=_DOUBLE),
-    "scla sensed-start, moves astray": RunConfig(protocol="sensed-start", world=WorldConfig(direction_noise=0.1)),
+    "scla sensed-start, moves astray": RunConfig(protocol="sensed-start", task=TaskConfig(action_noise=0.1)),
     "network float32": RunConfig(brain="network", seed=1),
     "network float64": RunConfig(brain="network", seed=1, network=_DOUBLE),
     "automaton": RunConfig(brain="automaton"),

@@ -15,8 +15,8 @@ import numpy as np
 from scla_mj import paths
 from scla_mj.cli.main import VERBS, main
 from scla_mj.config import RunConfig
+from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
-from scla_mj.experiments.rollout import rollout
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions

@@ -10,7 +10,7 @@ import bits
 import pytest
 
 from scla_mj.config import RunConfig
-from scla_mj.experiments.assemble import build_trial
+from scla_mj.engine.build import build_simulation
 from scla_mj.runs.decisions import row
 
 COMMITTED = json.loads(bits.FILE.read_text(encoding="utf-8")).get(bits.where())
@@ -20,20 +20,20 @@ ON_PURPOSE = (
 )
 
 
-def rows_of(trials, decisions):
-    """Every trial's decisions, the trials stepping in turn."""
-    rows = [[] for _ in trials]
+def rows_of(simulations, decisions):
+    """Every simulation's decisions, the simulations stepping in turn."""
+    rows = [[] for _ in simulations]
     for decision in range(1, decisions + 1):
-        for trial, taken in zip(trials, rows, strict=True):
-            taken.append(row(trial.step(epoch=1, decision=decision)))
+        for simulation, taken in zip(simulations, rows, strict=True):
+            taken.append(row(simulation.step(epoch=1, decision=decision)))
     return rows
 
 
 @pytest.mark.parametrize("brain", ["scla", "q-learning"])
 def test_robots_that_step_in_turn_in_one_process_do_what_each_does_alone(brain):
     configs = [RunConfig(seed=seed, brain=brain) for seed in (0, 1, 0)]
-    beside = rows_of([build_trial(config) for config in configs], 60)
-    alone = [rows_of([build_trial(config)], 60)[0] for config in configs]
+    beside = rows_of([build_simulation(config) for config in configs], 60)
+    alone = [rows_of([build_simulation(config)], 60)[0] for config in configs]
     assert beside == alone
     assert alone[0] == alone[2] != alone[1]
 

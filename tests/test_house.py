@@ -11,7 +11,7 @@ PACKAGE = Path(scla_mj.__file__).parent
 ROOT = Path(__file__).parents[1]
 LEAVES = "leaf"
 LAYERS = {LEAVES: 0, "world": 1, "sense": 1, "brain": 1, "control": 1, "telemetry": 1, "runs": 1}
-LAYERS |= {"loop": 2, "experiments": 3, "cli": 4}
+LAYERS |= {"loop": 2, "engine": 3, "experiments": 4, "cli": 5}
 LINES_AT_MOST = 300
 FUNCTION_LINES_AT_MOST = 50
 

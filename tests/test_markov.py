@@ -74,7 +74,7 @@ def test_a_policy_that_may_lose_its_way_earns_nothing():
 @pytest.mark.parametrize("noise", [1e-300, 0.75])
 def test_the_best_policy_is_found_where_moves_are_almost_never_or_always_chance(noise):
     grid = Grid((1, 3000), Cell(1, 1), 0.3)  # far beyond what value iteration can sweep in a second
-    moves = fewest_expected_moves(grid, direction_noise=noise)
+    moves = fewest_expected_moves(grid, action_noise=noise)
     far = moves[Cell(1, 3000)]
     if noise == 0.75:  # a walk that stays half the time, between a wall and the target 2999 cells away: n (n + 1) / p
         assert far == pytest.approx(2999 * 3000 / 0.5, rel=1e-9)

@@ -12,8 +12,8 @@ from wild import command_lines
 
 from scla_mj.cli.main import VERBS
 from scla_mj.cli.options import parse
+from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
-from scla_mj.experiments.rollout import rollout
 from scla_mj.runs.decisions import read_decisions
 
 EXAMPLES = int(os.environ.get("SCLA_EXAMPLES", "30"))
@@ -42,7 +42,7 @@ def run_two_decisions(line, folder):
 @example(["--clock.physics-step-ms", "1e-06", "--clock.base-step-ms", "1e-06"])
 @example(["--clock.neural-step-ms", "1e-06", "--clock.base-step-ms", "1e-06"])
 @example(["--clock.thinking-window-ms", "10000", "--clock.neural-step-ms", "0.5", "--clock.base-step-ms", "0.5"])
-@example(["--cells", "20", "20", "--world.direction-noise", "0.75"])
+@example(["--cells", "20", "20", "--task.action-noise", "0.75"])
 @example(["--plasticity.eligibility-tau-ms", "1"])
 @example(["--plasticity.eligibility-tau-ms", "12", "--clock.neural-step-ms", "0.1", "--clock.base-step-ms", "0.1"])
 @example(["--brain", "random", "--controller.timeout-s", "600", "--controller.max-speed-m-s", "0.01"])

@@ -23,7 +23,7 @@ class AutomatonBrain(Brain):
 
     def __init__(self, config: RunConfig, clock: Clock) -> None:
         self.automata = LearningAutomata(
-            config.grid.cells, config.automaton, rng=generator(config.seed, Consumer.AUTOMATA)
+            config.grid.cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN)
         )
 
     def decide(self, percept: Percept) -> Decision:

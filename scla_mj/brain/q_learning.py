@@ -24,7 +24,7 @@ class QLearningBrain(Brain):
     def __init__(self, config: RunConfig, clock: Clock) -> None:
         self._settings = config.q_learning
         self.values = np.full((*config.grid.cells, len(Action)), config.q_learning.initial_value)
-        self._rng = generator(config.seed, Consumer.AUTOMATA)
+        self._rng = generator(config.seed, Consumer.BRAIN)
 
     def decide(self, percept: Percept) -> Decision:
         """Choose a best action, ties broken at random; with probability epsilon any."""

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Final
 
 from scla_mj.brain.automaton_brain import AutomatonBrain
 from scla_mj.brain.base import Brain
+from scla_mj.brain.baselines import RandomBrain, ShortestPathBrain
 from scla_mj.brain.mistakes import told
 from scla_mj.brain.q_learning import QLearningBrain
-from scla_mj.brain.references import RandomBrain, ShortestPathBrain
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.errors import SclaError
 

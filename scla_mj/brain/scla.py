@@ -35,7 +35,7 @@ class SclaBrain(Brain):
             noise=seed_sequence(config.seed, Consumer.NOISE),
         )
         cells = config.grid.cells
-        self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.AUTOMATA))
+        self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN))
         self.states = CellStates(discount=config.automaton.discount)
         self._path = PathTrace(tau_moves=config.automaton.trace_tau_moves)
         self._ties = generator(config.seed, Consumer.TIES)

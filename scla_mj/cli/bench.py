@@ -1,116 +1,31 @@
-"""`scla-mj bench`: what a run costs, beside what it is made of, beside other simulators, and as it grows."""
+"""`scla-mj bench`: the benchmarks are no part of the package; run from a checkout, the command hands over to them."""
 
 from __future__ import annotations
 
-import functools
-import json
-from dataclasses import dataclass, field
+import importlib
+import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Any, Final
 
-import tyro.conf
-
-from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from scla_mj.experiments.bench.sheet import Sheet
+_CHECKOUT: Final = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Time a run's decisions beside bare physics and bare neurons, in turn; print medians and ratios (4 minutes).
-    --growth, --long, --seeds and --peers measure that instead."""
-
-    repetitions: int = 5
-    """Repetitions in turn; each figure is a median over them."""
-    growth: bool = False
-    """Cost against neurons and the floor's size, and an hour without reward (5 minutes)."""
-    long: bool = False
-    """Memory and speed over 30,000 decisions beside 3,000 and beside their bare parts (6 minutes)."""
-    seeds: bool = False
-    """Two seeds at once beside one after the other; wants two free cores (1 minute)."""
-    peers: Path | None = None
-    """The python of the peers' environment (docs/performance.md): Brian2, NEST and numpy run the same network; their
-    spike trains must be ours (1 minute)."""
-    json: Path | None = None
-    """File to write the figures to as well; refused if it exists."""
-    out: Path | None = None
-    """Folder for the tables as CSV and the pictures; nothing there is overwritten."""
-    into: Path | None = None
-    """Markdown page whose tables, each between <!-- bench: NAME --> and <!-- end -->, are replaced by the new ones."""
-    config: Annotated[RunConfig, tyro.conf.arg(name="")] = field(
-        default_factory=lambda: RunConfig(epochs=1, decisions=1000)
-    )
+    """Time a run against its bare parts, other simulators and larger networks; only from a checkout."""
 
     def run(self) -> int:
-        """Print the tables; return the exit code."""
-        from rich.console import Console
-        from rich.progress import Progress
-
-        from scla_mj.experiments.bench import suites
-
-        names = self._suites()
-        self._check(names)
-        order = suites.Order(self.config, self.repetitions, self.peers)
-        console, sheets = Console(), []
-        for name in names:
-            suite = suites.SUITES[name]
-            with Progress(console=Console(stderr=True), transient=True) as bar:
-                task = bar.add_task(name, total=suite.ticks(order))
-                result = suites.measure(name, order, functools.partial(bar.advance, task))
-            for sheet in result.sheets:
-                console.print(_table(sheet))
-            if self.out is not None:
-                suites.write(self.out, result)
-            sheets += result.sheets
-        console.print(f"machine: {suites.machine()}")
-        self._write(sheets, suites.machine())
-        return 0
-
-    def _suites(self) -> list[str]:
-        wanted = {"growth": self.growth, "long": self.long, "seeds": self.seeds, "peers": self.peers is not None}
-        return [name for name, chosen in wanted.items() if chosen] or ["rollout"]
-
-    def _check(self, names: list[str]) -> None:
-        """Refuse whatever cannot be measured or written, before minutes are spent."""
-        from scla_mj.experiments.bench import outputs, suites
-        from scla_mj.experiments.bench.interpreter import require_peers_python
-        from scla_mj.experiments.bench.tape import require_replayable
-
-        if self.repetitions < 1:
-            raise SclaError(f"--repetitions is {self.repetitions}: it must be 1 or more")
-        if self.json is not None:
-            outputs.require_new_file("--json", self.json)
-        if self.into is not None:
-            outputs.require_page("--into", self.into, [key for name in names for key in suites.SUITES[name].keys])
-        if self.out is not None:
-            suites.require_room(self.out, names)
-        self.config.check()
-        if names != ["seeds"]:  # two seeds are whole runs, of any brain
-            require_replayable(self.config)
-        if self.peers is not None:
-            require_peers_python(self.peers)
-
-    def _write(self, sheets: list[Sheet], machine: str) -> None:
-        from scla_mj.experiments.bench.sheet import replace_tables
-
-        if self.json is not None:
-            figures = {"machine": machine, **{sheet.key: sheet.values for sheet in sheets}}
-            self.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-        if self.into is not None:
-            page = self.into.read_text(encoding="utf-8")
-            self.into.write_text(replace_tables(page, sheets, machine=machine), encoding="utf-8")
+        """Refuse: an installed package has no benchmarks."""
+        raise SclaError("the benchmarks are not installed with the package: run this command from a git checkout")
 
 
-def _table(sheet: Sheet) -> Table:
-    from rich.table import Table
-
-    table = Table(title=sheet.title, caption=sheet.note)
-    for number, name in enumerate(sheet.header):
-        table.add_column(name, justify="right" if number else "left")
-    for row in sheet.rows:
-        table.add_row(*row)
-    return table
+def bench_command() -> Any:
+    """Return the benchmarks' own command if this package lies in a checkout, else the one that says where they are."""
+    if not (_CHECKOUT / "benchmarks" / "command.py").is_file():
+        return Bench
+    if str(_CHECKOUT) not in sys.path:
+        sys.path.append(str(_CHECKOUT))
+    return importlib.import_module("benchmarks.command").Bench

@@ -135,7 +135,7 @@ def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, fa
 
 def _settings(config: RunConfig) -> dict[str, Any]:
     """Return the settings that a recording carries too."""
-    grid, world = config.build_grid(), config.world
+    grid, task = config.build_grid(), config.task
     return {
         "seed": config.seed,
         "protocol": config.protocol,
@@ -144,7 +144,7 @@ def _settings(config: RunConfig) -> dict[str, Any]:
         "target": tuple(grid.target),
         "cell_size_m": grid.cell_size_m,
         "thinking_window_s": config.build_clock().thinking_window_s,
-        "jump": (world.jump_epoch, world.jump_target) if world.jump_epoch else None,
+        "jump": (task.jump_epoch, task.jump_target) if task.jump_epoch else None,
     }
 
 

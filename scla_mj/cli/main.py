@@ -6,15 +6,15 @@ import os
 import sys
 from typing import Final
 
-from scla_mj.cli.bench import Bench
+from scla_mj.cli.bench import Bench, bench_command
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
 from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
 from scla_mj.collector import collect_rarely
+from scla_mj.engine.interrupts import Terminated, terminable
 from scla_mj.errors import SclaError
-from scla_mj.experiments.interrupts import Terminated, terminable
 
 VERBS: Final = {"rollout": Rollout, "resume": Resume, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
 _EXIT_INTERRUPTED: Final = 130
@@ -41,7 +41,9 @@ def main(arguments: list[str] | None = None) -> int:
 def _run(arguments: list[str] | None) -> int:
     try:
         with terminable():
-            verb = parse(VERBS, sys.argv[1:] if arguments is None else arguments, prog="scla-mj")
+            words = sys.argv[1:] if arguments is None else arguments
+            verbs = VERBS | {"bench": bench_command()} if words[:1] == ["bench"] else VERBS
+            verb = parse(verbs, words, prog="scla-mj")
             return int(verb.run())
     except SclaError as error:
         print(f"scla-mj: {error}", file=sys.stderr)

@@ -42,8 +42,8 @@ class Reproduce:
 
     def run(self) -> int:
         """Run what is missing and write the report; return the exit code."""
+        from scla_mj.engine.lock import exclusive
         from scla_mj.experiments.campaign import open_jobs, run_jobs
-        from scla_mj.experiments.lock import exclusive
         from scla_mj.experiments.report import write_report
 
         experiments = self._chosen()

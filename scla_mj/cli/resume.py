@@ -26,7 +26,7 @@ class Resume:
 
     def run(self) -> int:
         """Resume the run; return the exit code."""
-        from scla_mj.experiments.resume import resume
+        from scla_mj.engine.resume import resume
         from scla_mj.runs.folder import open_run
 
         config = open_run(self.path).config

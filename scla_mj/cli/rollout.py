@@ -29,14 +29,14 @@ class Rollout:
 
     def run(self) -> int:
         """Run the rollout; return the exit code."""
-        from scla_mj.experiments.rollout import rollout
+        from scla_mj.engine.rollout import rollout
 
         config = self.config  # `--disturb` has been put into figures already: see cli/options.py
         config.check()
-        jump_epoch, epochs = config.world.jump_epoch, config.epochs
+        jump_epoch, epochs = config.task.jump_epoch, config.epochs
         if jump_epoch > epochs:
             raise SclaError(
-                f"--world.jump-epoch is {jump_epoch}: the run ends after {epochs} epochs; choose one of them"
+                f"--task.jump-epoch is {jump_epoch}: the run ends after {epochs} epochs; choose one of them"
             )
         carry_out(
             self.path,

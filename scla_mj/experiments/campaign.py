@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from scla_mj.errors import SclaError
 from scla_mj.experiments.catalogue import Experiment
-from scla_mj.experiments.workers import born_deaf, pool
+from scla_mj.experiments.workers import ignoring_sigint, pool
 from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
     """
     try:
         with pool(workers) as executor:
-            with born_deaf():
+            with ignoring_sigint():
                 pending = {executor.submit(_run, job.config, job.folder): job for job in jobs}
             for future in _as_done(set(pending)):
                 future.result()
@@ -82,7 +82,7 @@ def _as_done(futures: set[Future[None]]) -> Iterator[Future[None]]:
 
 
 def _run(config: RunConfig, folder: Path) -> None:
-    from scla_mj.experiments.rollout import rollout  # each process imports the simulators for itself
+    from scla_mj.engine.rollout import rollout  # each process imports the simulators for itself
 
     unfinished = folder.with_name(folder.name + _UNFINISHED)
     try:
@@ -100,7 +100,7 @@ def _run(config: RunConfig, folder: Path) -> None:
 
 def _gone_on(unfinished: Path, config: RunConfig) -> bool:
     """Go on with a run that was interrupted; tell whether that was possible. Its bits are the same either way."""
-    from scla_mj.experiments.resume import resume
+    from scla_mj.engine.resume import resume
     from scla_mj.runs.folder import load_config
 
     try:

@@ -32,7 +32,7 @@ def pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 @contextlib.contextmanager
-def born_deaf() -> Iterator[None]:
+def ignoring_sigint() -> Iterator[None]:
     """Start the processes of this block deaf to Ctrl-C, which a terminal sends to all: the parent decides for them."""
     if threading.current_thread() is not threading.main_thread():
         yield

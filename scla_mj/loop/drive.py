@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
-    from scla_mj.loop.ahead import CompiledAhead
     from scla_mj.sense.odometry import Odometer
     from scla_mj.world.interference import Interference
     from scla_mj.world.world import World
@@ -34,8 +33,8 @@ class Driver:
     """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back.
 
     `disturbance` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
-    the truth, and `look` what puts that right from where the robot stands, and says by how many metres; `ahead` is
-    waited for before the first drive.
+    the truth, and `look` corrects that from where the robot stands and returns the correction in metres;
+    `before_first_drive` is called once, such as to wait for code that another process compiles.
 
     Attributes:
         careful: whether it drives as on slippery ground: so it does once a look has found it where its wheels did not
@@ -51,7 +50,7 @@ class Driver:
         disturbance: Interference | None = None,
         odometer: Odometer | None = None,
         look: Callable[[], float] | None = None,
-        ahead: CompiledAhead | None = None,
+        before_first_drive: Callable[[], None] | None = None,
     ) -> None:
         self._world = world
         self._clock = clock
@@ -78,7 +77,8 @@ class Driver:
         )
         self._ending = body.ending
         self._robot = robot_of(body, self._gains)
-        self._disturbance, self._odometer, self._look, self._ahead = disturbance, odometer, look, ahead
+        self._disturbance, self._odometer, self._look = disturbance, odometer, look
+        self._before_first_drive = before_first_drive
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._leg_periods = max(1, self._timeout_periods // 2)
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
@@ -136,9 +136,9 @@ class Driver:
     def _run(self, goal: Goal, limit: int, *, standing: int = 0) -> tuple[int, int]:
         """Stand, then drive for at most `limit` control periods; return those that it drove, and how that ended."""
         self._reserve(standing + limit)
-        if self._ahead is not None:
-            self._ahead.join()
-            self._ahead = None
+        if self._before_first_drive is not None:
+            self._before_first_drive()
+            self._before_first_drive = None
         periods, status = run_periods(
             standing,
             limit,

@@ -217,9 +217,7 @@ def _listed(means: NDArray[np.float64] | None) -> list[float] | None:
 
 def epoch_ceiling_hits_per_1000(config: RunConfig, epoch: int) -> float:
     """Return the ceiling of that epoch's floor: the target may jump, and moves may go astray."""
-    return ceiling_hits_per_1000(
-        config.build_grid(epoch), config.protocol, direction_noise=config.world.direction_noise
-    )
+    return ceiling_hits_per_1000(config.build_grid(epoch), config.protocol, action_noise=config.task.action_noise)
 
 
 def write_summary(folder: Path, summary: Summary) -> None:

@@ -20,7 +20,7 @@ from scla_mj.runs.decisions import SCHEMA, read_decisions
 def made(tmp_path_factory):
     """A run whose target jumps, in a folder whose name is markup to some."""
     path = tmp_path_factory.mktemp("runs") / "[bold]run[red] :smile:"
-    options = ["--epochs", "3", "--decisions", "12", "--brain", "automaton", "--world.jump-epoch", "3"]
+    options = ["--epochs", "3", "--decisions", "12", "--brain", "automaton", "--task.jump-epoch", "3"]
     assert main(["rollout", str(path), *options]) == 0
     return path
 
@@ -97,7 +97,7 @@ def test_a_row_that_does_not_fit_the_recording_is_seen(run, capsys, name, value_
         (lambda config: config.update(seed=99), "seed (config.json)"),
         (lambda config: config.update(telemetry="full"), "telemetry (config.json)"),
         (lambda config: config["grid"].update(target=[2, 3]), "target (config.json)"),
-        (lambda config: config["world"].update(jump_target=[5, 5]), "jump of the target: epoch, x, y (config.json)"),
+        (lambda config: config["task"].update(jump_target=[5, 5]), "jump of the target: epoch, x, y (config.json)"),
     ],
 )
 def test_a_setting_that_does_not_fit_the_recording_is_seen(run, capsys, change, said):

@@ -47,8 +47,8 @@ def refused(arguments, capsys):
         (["--localisation", "gps"], "gps", "sensors"),
         (["--disturbance.friction-scale", "1.5", "0.3"], "friction-scale is 1.5 0.3", "lower end"),
         (["--brain", "no.such:Brain"], "no.such", "imported"),
-        (["--brain", "shortest-path", "--world.jump-epoch", "2"], "shortest-path", "jump-epoch"),
-        (["--world.jump-epoch", "11"], "--world.jump-epoch is 11", "10 epochs"),
+        (["--brain", "shortest-path", "--task.jump-epoch", "2"], "shortest-path", "jump-epoch"),
+        (["--task.jump-epoch", "11"], "--task.jump-epoch is 11", "10 epochs"),
         (["--clock.physics-step-ms", "1e-6"], "physics-step-ms is 1e-06", "0.1 to 20"),
     ],
 )

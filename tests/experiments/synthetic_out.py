@@ -51,7 +51,7 @@ def records(config: RunConfig, skill: Skill) -> Iterator[DecisionRecord]:
     rng = np.random.default_rng(config.seed + sum(map(ord, config.brain)))
     for epoch in range(1, config.epochs + 1):
         grid = config.build_grid(epoch)
-        ceiling = ceiling_hits_per_1000(grid, config.protocol, direction_noise=config.world.direction_noise)
+        ceiling = ceiling_hits_per_1000(grid, config.protocol, action_noise=config.task.action_noise)
         floor = hits_per_1000(grid, config.protocol, uniform_policy(grid))
         chance = (floor + (ceiling - floor) * skill(epoch)) / 1000.0
         cell = grid.start_cells("sensed-start")[0]

@@ -24,7 +24,7 @@ from scla_mj.runs.decisions import read_decisions
 COMMAND = "scla-mj reproduce OUT --only 'a & b'"
 BASE = RunConfig(epochs=4, decisions=300, telemetry="off")
 SENSED = with_settings(BASE, protocol="sensed-start")
-JUMP = with_settings(BASE, world={"jump_epoch": 3, "jump_target": (1, 5)})
+JUMP = with_settings(BASE, task={"jump_epoch": 3, "jump_target": (1, 5)})
 FOUR, THREE = (0, 1, 2, 3), (0, 1, 2)
 
 EXPERIMENTS = (
@@ -45,7 +45,7 @@ EXPERIMENTS = (
                "scla-any", (Target("anything", 1, 4, "mean hits per 1000", 0.0),)),
     Experiment("scalar", "ablation", "one dopamine", "Enough?",
                with_settings(SENSED, plasticity={"modulation": "scalar"}), THREE, "scla-sensed"),
-    Experiment("noisy", "world", "p = 0.3", "Astray?", with_settings(BASE, world={"direction_noise": 0.3}), THREE),
+    Experiment("noisy", "world", "p = 0.3", "Astray?", with_settings(BASE, task={"action_noise": 0.3}), THREE),
     Experiment("killed", "ablation", "killed", "?", with_settings(BASE, automaton={"reward_rate": 0.9}), THREE),
 )  # fmt: skip
 SKILLS = {"automaton-any": 0.2, "random-any": 0.0, "no-rule": 0.6, "noisy": 1.0}

@@ -7,8 +7,8 @@ import shutil
 import pytest
 
 from scla_mj.config import RunConfig
+from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
-from scla_mj.experiments.rollout import rollout
 from scla_mj.runs.seal import broken_files, check_seal, is_sealed, lift_seal
 
 FILES = ("brain.npz", "config.json", "decisions.parquet", "summary.json")

@@ -123,13 +123,14 @@ def build_parameters(
     share = NEURON_COUNT / neurons
     stdp_steps = plasticity.stdp_tau_ms / neural_step_ms
     eligibility_steps = plasticity.eligibility_tau_ms / neural_step_ms
+    fading_rate = 1.0 / stdp_steps - 1.0 / eligibility_steps
     return Parameters(
         excitatory=_neuron_constants(REGULAR_SPIKING, neural_step_ms, real),
         inhibitory=_neuron_constants(FAST_SPIKING, neural_step_ms, real),
         plasticity=PlasticityConstants(
             potentiation=real(plasticity.stdp_potentiation),
             depression=real(plasticity.stdp_depression),
-            trace_decay=real(np.exp(-neural_step_ms / plasticity.stdp_tau_ms)),
+            trace_decay=real(math.exp(-neural_step_ms / plasticity.stdp_tau_ms)),
             weight_max=real(network.weight_max),
             floor=real(FLOOR[network.precision]),
             trace_floor=real(TRACE_FLOOR[network.precision]),
@@ -151,7 +152,8 @@ def build_parameters(
             np.arange(len(populations), dtype=np.uint8), [population.size for population in populations]
         ),
         noise_amplitude=_noise_amplitude(network, populations, neural_step_ms),
-        fading=np.exp(-np.arange(STRETCH_STEPS + 1) * (1.0 / stdp_steps - 1.0 / eligibility_steps)).astype(real),
+        # libm's exp: numpy's has other last bits on processors with AVX-512.
+        fading=np.array([math.exp(-step * fading_rate) for step in range(STRETCH_STEPS + 1)], real),
         sign_bits=np.full(8 // real(0.0).itemsize, -0.0, real).view(np.uint64)[0],
         stretch_steps=max(1, int(min(STRETCH_STEPS, _STRETCH_TAUS * stdp_steps, eligibility_steps))),
     )

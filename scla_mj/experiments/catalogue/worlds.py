@@ -33,7 +33,7 @@ def _noisy(probability: float) -> Experiment:
         "world",
         f"SCLA, non-deterministic floor, p = {probability}",
         f"Does it learn where {_in_ten(probability)} another way?",
-        with_settings(MEDIUM, world={"direction_noise": probability}),
+        with_settings(MEDIUM, task={"action_noise": probability}),
         TEN_SEEDS,
         targets=(Target("at least 93 % of that MDP's ceiling", 11, WORLD_EPOCHS, "mean percent of ceiling", 93.0),),
     )
@@ -64,7 +64,7 @@ WORLD: Final = (
     Experiment(
         "target-jump", "world", "SCLA, target jumps to (1, 5) at epoch 11",
         "Does it find a target that has moved, without a hint?",
-        with_settings(MEDIUM, world={"jump_epoch": JUMP_EPOCH, "jump_target": (1, 5)}), TEN_SEEDS,
+        with_settings(MEDIUM, task={"jump_epoch": JUMP_EPOCH, "jump_target": (1, 5)}), TEN_SEEDS,
         targets=(
             Target("at least 90 % of the new ceiling in epoch 12", 12, 12, "mean percent of ceiling", 90.0),
             Target("at least 95 % in epoch 13", 13, 13, "mean percent of ceiling", 95.0),

@@ -28,7 +28,7 @@ def worlds(study: Study) -> Section:
 
 def _jump(item: Evidence) -> int:
     """The epoch of the jump, 0 if the target stays or the run ends before."""
-    epoch = item.experiment.config.world.jump_epoch
+    epoch = item.experiment.config.task.jump_epoch
     return epoch if 0 < epoch <= item.epochs else 0
 
 
@@ -98,7 +98,7 @@ def _jump_table(item: Evidence) -> Table:
 def _is_uneasy(item: Evidence) -> bool:
     """Whether moves go astray or cells are closed; the other worlds differ by their size and target alone."""
     config = item.experiment.config
-    return bool(config.world.direction_noise or config.grid.closed_cells)
+    return bool(config.task.action_noise or config.grid.closed_cells)
 
 
 def _curves(key: str, items: list[Evidence]) -> Figure:

@@ -1,0 +1,8 @@
+"""`python -m benchmarks`: the same as `scla-mj bench`."""
+
+import sys
+
+from scla_mj.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main(["bench", *sys.argv[1:]]))

@@ -1,0 +1,204 @@
+"""Where a network ms goes: the kernel's parts one by one, beside the floor that is 1000 neurons and their noise."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from benchmarks.table import FLOOR_ABOVE, Sheet, against, doubted
+from benchmarks.timing import Contender, Watch, median_cpu_s
+from benchmarks.workload import CHUNK_MS, CHUNKS_A_SECOND, Workload, build_network, rewarded, run_chunks
+from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
+from scla_mj.brain.network import kernel, neurons, synapses
+from scla_mj.brain.network.memory import Memory, copy_of
+from scla_mj.brain.network.network import Network
+from scla_mj.compiled import leaf_njit
+from scla_mj.config import RunConfig
+
+_TARGET: Final = 3.5
+"""At most this many times the floor, all in all."""
+_SECONDS: Final = 20
+_CALLS: Final = 20_000
+"""Enough for a turn of some 20 ms at least: shorter ones are at the mercy of whatever else the machine does."""
+
+
+class Parts(NamedTuple):
+    """Microseconds a network ms, or a spike for `sensory`, `dosed` and `motor`.
+
+    `floor`: 1000 bare neuron updates with noise, one fused loop. `stretch` is opened and closed once in 50 ms and
+    counted by the ms. `sensory` is a spike without dopamine, `dosed` one with it. `whole`: the compiled kernel alone;
+    `chunked`: the same through `Network.advance`, as the brain calls it. `sensory_spikes`, `motor_spikes`: how many of
+    them a network ms holds; `share`: of the former, how many meet dopamine.
+    """
+
+    floor: float
+    neurons: float
+    decay: float
+    stretch: float
+    sensory: float
+    dosed: float
+    motor: float
+    whole: float
+    chunked: float
+    sensory_spikes: float
+    motor_spikes: float
+    share: float
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Microseconds a network ms of every part; the rest is the difference, and together they are the whole."""
+        known = {
+            "neurons and noise": self.neurons,
+            "decay": self.decay,
+            "sensory spikes": (self.share * self.dosed + (1.0 - self.share) * self.sensory) * self.sensory_spikes,
+            "motor spikes": self.motor * self.motor_spikes,
+            "stretches": self.stretch,
+        }
+        return {**known, "rest": self.whole - sum(known.values())}
+
+    @property
+    def over_floor(self) -> float:
+        """What a chunked network ms costs, in floors."""
+        return self.chunked / self.floor
+
+
+def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Parts:
+    """Time the parts on a network that has run, rewarded, for some seconds."""
+    network, work = _warm(config)
+    contenders = _contenders(network, work)
+    steps, dosed = len(work.drives) * CHUNK_MS, network.state.dosed.copy()
+    counts = run_chunks(network, work)
+    share = float((network.state.dosed - dosed).mean()) / steps
+    seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
+    calls = {"stretch": _CALLS * CHUNK_MS, "whole": steps, "chunked": steps}
+    return Parts(
+        **{name: 1e6 * cpu_s / calls.get(name, _CALLS) for name, cpu_s in seconds.items()},
+        sensory_spikes=int(counts[: len(SENSORY)].sum()) / steps,
+        motor_spikes=int(counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].sum()) / steps,
+        share=share,
+    )
+
+
+def sheet(parts: Parts) -> Sheet:
+    """Return the table."""
+    rows = [("floor: 1000 bare neurons, noise", f"{parts.floor:.2f}", "1.00", "")]
+    for name, cost in parts.shares.items():
+        rows.append((name, f"{cost:.2f}", f"{cost / parts.floor:.2f}", ""))
+    rows.append(("kernel", f"{parts.whole:.2f}", f"{parts.whole / parts.floor:.2f}", ""))
+    target = against(parts.over_floor, _TARGET)
+    rows.append(("network, 50 ms at a time", f"{parts.chunked:.2f}", f"{parts.over_floor:.2f}", target))
+    table = Sheet(
+        "network",
+        "CPU time of a network ms",
+        ("what", "us a network ms", "over the floor", "target"),
+        tuple(rows),
+        f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, or {parts.dosed:.3f} with "
+        f"dopamine, as {100 * parts.share:.0f} % of the time; {parts.motor_spikes:.2f} motor spikes at "
+        f"{parts.motor:.3f} us. Rest: what the kernel takes beyond these (spike lists, inhibition). "
+        "One sensory population is driven, dopamine comes once a second, input and read-out every 50 ms.",
+        {**parts._asdict(), "over_floor": parts.over_floor},
+    )
+    contain_it = (parts.neurons, parts.whole, parts.chunked)
+    return doubted(table, FLOOR_ABOVE) if parts.floor > min(contain_it) else table
+
+
+def _warm(config: RunConfig) -> tuple[Network, Workload]:
+    rng = np.random.Generator(np.random.PCG64(config.seed))
+    network = build_network(config.network, config.plasticity, seed=config.seed)
+    release = config.plasticity.dopamine_release
+    work = rewarded(_SECONDS * CHUNKS_A_SECOND, drive=config.network.sensory_drive, release=release, rng=rng)
+    run_chunks(network, work)
+    return network, work
+
+
+def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
+    saved, drives = network.saved(), work.drives.astype(network.state.v.dtype)
+
+    def part(function: Any, *arguments: Any) -> Contender:
+        return Contender(lambda: _undriven(network), lambda memory: function(memory, *arguments, _CALLS))
+
+    return {
+        "floor": part(bare_neurons),
+        "neurons": part(_repeat_integrate),
+        "decay": part(_repeat_decay),
+        "stretch": part(_repeat_stretch),
+        "sensory": part(_repeat_sensory, 0.0),
+        "dosed": part(_repeat_sensory, 1e-9),
+        "motor": part(_repeat_motor),
+        "whole": Contender(lambda: network.restore(saved), lambda _: _run_kernel(network, drives, work.releases)),
+        "chunked": Contender(lambda: network.restore(saved), lambda _: run_chunks(network, work)),
+    }
+
+
+def _undriven(network: Network) -> Memory:
+    """Return a copy of the network's memory that nothing drives."""
+    memory = copy_of(network.memory)
+    memory["drive"] = 0.0
+    return memory
+
+
+def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
+    room = CHUNK_MS * len(network.state.v) + 1
+    spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
+    counts = np.zeros(len(POPULATIONS), np.int64)
+    for drive, released in zip(drives, releases, strict=True):
+        kernel.run(network.memory, drive, released, CHUNK_MS, 0, spike_step, spike_neuron, 0, counts)
+
+
+@leaf_njit(from_python=True)
+def bare_neurons(memory: Any, steps: int) -> None:
+    """Equations 1 and 2 and nothing else: each neuron's noise and its update in one pass, no input, no synapses."""
+    m = memory[0]
+    split = m.trace.shape[0]
+    for _ in range(steps):
+        _advance_noisy(m, 0, split, m.excitatory)
+        _advance_noisy(m, split, m.v.shape[0], m.inhibitory)
+
+
+@leaf_njit()
+def _advance_noisy(m: Any, start: int, stop: int, cell: Any) -> None:
+    v, u, fired = m.v[start:stop], m.u[start:stop], m.fired[start:stop]
+    low, high, half_width = m.noise_low[start:stop], m.noise_high[start:stop], m.noise_amplitude[start:stop]
+    unit, real = m.wiring.noise_unit, v.dtype.type
+    constants = neurons.constants_of(cell)
+    for i in range(v.shape[0]):
+        current = half_width[i] * (unit * real(neurons.next_noise(low, high, i)))
+        v[i], u[i], fired[i] = neurons.next_state(v[i], u[i], current, constants)
+
+
+@leaf_njit(from_python=True)
+def _repeat_integrate(memory: Any, calls: int) -> None:
+    for _ in range(calls):
+        neurons.integrate(memory[0])
+
+
+@leaf_njit(from_python=True)
+def _repeat_decay(memory: Any, calls: int) -> None:
+    for _ in range(calls):
+        kernel.decay(memory[0], 1)
+
+
+@leaf_njit(from_python=True)
+def _repeat_stretch(memory: Any, calls: int) -> None:
+    for _ in range(calls):
+        synapses.open_stretch(memory[0])
+        synapses.close_stretch(memory[0], CHUNK_MS)
+
+
+@leaf_njit(from_python=True)
+def _repeat_sensory(memory: Any, gain: float, calls: int) -> None:
+    m = memory[0]
+    synapses.open_stretch(m)
+    for call in range(calls):
+        for k in range(m.gathered.shape[0]):
+            m.gathered[k] += gain
+        side, row = call % len(SENSORY), call * 7 % m.synapses.shape[1]  # not one row after another, as spikes come
+        synapses.sensory_spike(m, side, row, 1)
+
+
+@leaf_njit(from_python=True)
+def _repeat_motor(memory: Any, calls: int) -> None:
+    m = memory[0]
+    for call in range(calls):
+        synapses.motor_spike(m, call % len(MOTOR), call * 7 % m.synapses.shape[1], 1)

@@ -1,0 +1,190 @@
+"""What a rollout fed its parts, written down once, and the bare parts that replay it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import POPULATIONS, PROJECTIONS
+from scla_mj.brain.network import kernel
+from scla_mj.brain.network.network import Network
+from scla_mj.brain.scla import SclaBrain
+from scla_mj.compiled import leaf_njit
+from scla_mj.config import RunConfig
+from scla_mj.disturbances import DisturbanceConfig
+from scla_mj.engine.build import build_simulation
+from scla_mj.errors import SclaError
+from scla_mj.grid import Action, Cell
+from scla_mj.loop.drive import Driver
+from scla_mj.loop.periods import mj_step
+from scla_mj.randomness import Consumer, generator, seed_sequence
+from scla_mj.signals import TRAJECTORY_COLUMNS
+from scla_mj.world.world import World
+
+_COMMANDS = slice(TRAJECTORY_COLUMNS.index("command_left_rad_s"), None)
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class NetworkCall(NamedTuple):
+    """One stretch of network time: its steps, its drive (1000,) or None, and the dopamine released before it, (8,)."""
+
+    steps: int
+    drive: NDArray[np.float64] | None
+    released: tuple[NDArray[np.float64], ...]
+
+
+class Attempt(NamedTuple):
+    """One decision's way through the physics: what was asked of the body, and the wheel commands, a row a period."""
+
+    action: Action
+    cell: Cell
+    commands: NDArray[np.float64]
+
+
+class Episode(NamedTuple):
+    """From a spawn to the next: MuJoCo's state after the first, and the attempts in between."""
+
+    state: NDArray[np.float64]
+    attempts: list[Attempt]
+
+
+@dataclass
+class Tape:
+    """Everything that the physics and the network of one rollout were fed."""
+
+    episodes: list[Episode] = field(default_factory=list)
+    network: list[NetworkCall] = field(default_factory=list)
+    spikes: int = 0
+
+    @property
+    def network_ms(self) -> int:
+        """Neural steps in all."""
+        return sum(call.steps for call in self.network)
+
+    @property
+    def periods(self) -> int:
+        """Control periods in all."""
+        return sum(len(attempt.commands) for episode in self.episodes for attempt in episode.attempts)
+
+
+class _TapedNetwork(Network):
+    """A network that writes down what it is asked."""
+
+    def __init__(self, tape: Tape, config: RunConfig) -> None:
+        super().__init__(
+            config.network,
+            config.plasticity,
+            neural_step_ms=config.clock.neural_step_ms,
+            weights=generator(config.seed, Consumer.WEIGHTS),
+            noise=seed_sequence(config.seed, Consumer.NOISE),
+        )
+        self._tape = tape
+        self._waiting: list[NDArray[np.float64]] = []
+
+    def advance(self, steps: int, drive: NDArray[Any] | None = None, *, goes_on: bool = False) -> NDArray[np.int64]:
+        """Advance as ever, and keep the call."""
+        before = self.spike_count if goes_on else 0
+        counts = super().advance(steps, drive, goes_on=goes_on)
+        if steps:
+            self._tape.network.append(NetworkCall(steps, drive, tuple(self._waiting)))
+            self._waiting.clear()
+            self._tape.spikes += self.spike_count - before
+        return counts
+
+    def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
+        """Release as ever, and keep the amount."""
+        self._waiting.append(amount)
+        super().release_dopamine(amount, delay_steps=delay_steps)
+
+
+def record(config: RunConfig) -> Tape:
+    """Run the decisions once and keep what the physics and the network were fed.
+
+    Raises:
+        SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
+    """
+    require_replayable(config)
+    simulation, tape = build_simulation(config), Tape()
+    assert isinstance(simulation.brain, SclaBrain)
+    simulation.brain.network = _TapedNetwork(tape, config)
+    fresh = True
+    for epoch in range(1, config.epochs + 1):
+        for decision in range(1, config.decisions + 1):
+            if fresh:
+                tape.episodes.append(Episode(_physics_state(simulation.world), []))
+            done = simulation.step(epoch=epoch, decision=decision)
+            commands = done.move.trajectory[:, _COMMANDS].copy()
+            tape.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
+            fresh = done.hit or done.move.fallen
+    return tape
+
+
+def require_replayable(config: RunConfig) -> None:
+    """Refuse what the bare parts cannot replay, before anything is run.
+
+    Raises:
+        SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
+    """
+    if config.brain != "scla":
+        raise SclaError(f"--brain {config.brain} has no network to replay: the bench takes scla")
+    if config.plasticity.dopamine_delay_s:
+        raise SclaError("--plasticity.dopamine-delay-s is not 0: the bench replays dopamine without delay")
+    if config.disturbance != DisturbanceConfig() or config.localisation != "truth":
+        raise SclaError("the bench replays an undisturbed robot that knows its pose: leave --disturb and the like out")
+
+
+def _physics_state(world: World) -> NDArray[np.float64]:
+    state = np.empty(mujoco.mj_stateSize(world.model, _STATE))
+    mujoco.mj_getState(world.model, world.data, state, _STATE)
+    return state
+
+
+def set_physics_state(world: World, state: NDArray[np.float64]) -> None:
+    """Put the world where an episode of the tape began."""
+    mujoco.mj_setState(world.model, world.data, state, _STATE)
+
+
+def replay_physics(world: World, tape: Tape, steps_a_period: int) -> Iterator[None]:
+    """Step the bare physics under the tape's commands, a compiled loop of `mj_step` alone; yields decisions."""
+    for state, attempts in tape.episodes:
+        set_physics_state(world, state)
+        for attempt in attempts:
+            _step_through(world.model._address, world.data._address, world.data.ctrl, attempt.commands, steps_a_period)
+            yield
+
+
+@leaf_njit(from_python=True, nogil=True)
+def _step_through(model: int, data: int, ctrl: Any, commands: Any, steps: int) -> None:
+    for period in range(commands.shape[0]):
+        ctrl[0], ctrl[1] = commands[period, 0], commands[period, 1]
+        for _ in range(steps):
+            mj_step(model, data)
+
+
+def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: int) -> Iterator[None]:
+    """Carry out the tape's attempts again, controller and all; yields decisions."""
+    for state, attempts in tape.episodes:
+        set_physics_state(world, state)
+        for attempt in attempts:
+            driver.drive(attempt.action, attempt.cell, standing=thinking_controls)
+            yield
+
+
+def replay_network(network: Network, tape: Tape) -> Iterator[None]:
+    """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept; yields thinking windows."""
+    longest = max((call.steps for call in tape.network), default=0)
+    room = longest * len(network.state.v) + 1
+    spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
+    counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
+    undriven = np.zeros_like(network.state.v)
+    for call in tape.network:
+        if call.drive is not None:
+            yield
+        released = sum(call.released, start=nothing)
+        drive = undriven if call.drive is None else call.drive
+        kernel.run(network.memory, drive, released, call.steps, 0, spike_step, spike_neuron, 0, counts)

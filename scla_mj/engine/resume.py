@@ -1,0 +1,145 @@
+"""A run that was cut off goes on from its checkpoint, and ends with the bits of one that never stopped."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from scla_mj import paths
+from scla_mj.brain.registry import BRAINS
+from scla_mj.config import CHECKPOINT_PERIOD_S
+from scla_mj.engine.build import build_simulation
+from scla_mj.engine.lock import running
+from scla_mj.engine.session import Session, Watch
+from scla_mj.errors import SclaError
+from scla_mj.runs import folder
+from scla_mj.runs.atomic import cannot_write, remove_scratch
+from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
+from scla_mj.runs.decisions import take_back
+from scla_mj.runs.seal import broken_files, lift_seal
+from scla_mj.runs.summary import read_summary
+from scla_mj.telemetry.growth import check_parts
+
+if TYPE_CHECKING:
+    from scla_mj.runs.folder import Run
+    from scla_mj.runs.summary import Summary
+
+_RESULTS: Final = (paths.SUMMARY_JSON, paths.BRAIN_NPZ, paths.EPOCHS_PNG, paths.WEIGHTS_PNG, paths.POLICY_PNG)
+"""What an orderly stop left and the run's end writes anew."""
+
+
+def resume(
+    path: Path,
+    *,
+    brain: str | None = None,
+    watch: Watch | None = None,
+    pictures: bool = True,
+    checkpoint_period_s: float = CHECKPOINT_PERIOD_S,
+) -> Summary:
+    """Go on with the run in `path` from its checkpoint, to its end; `watch` is called after every decision.
+
+    A run that was cut off before its first checkpoint starts again from its beginning. Decisions after the checkpoint
+    are made again, equal to what they were.
+
+    A brain that is none of the library's is code, which `config.json` alone cannot have run: name it again as `brain`,
+    `package.module:Class`, and it is imported.
+
+    Raises:
+        SclaError: there is no run, `brain` is not its brain or is wanted, it is complete or running, its files are
+            damaged, its brain has no state, or other versions of the packages are installed than it began with.
+    """
+    run = folder.open_run(path)
+    _refuse_unnamed_brain(run, brain)
+    with running(run.path):
+        _refuse_broken(run)
+        _refuse_complete(run)
+        _refuse_other_versions(run)
+        session = Session(run, build_simulation(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
+        if not session.can_save():
+            raise SclaError(
+                f"--brain {run.config.brain} cannot be resumed: give its class state() and restore() "
+                "(docs/own-brain.md), or start a new run"
+            )
+        _restore(session, run)
+        _take_back(run, session.decisions)
+        return session.carry_out(watch, goes_on=True)
+
+
+def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:
+    """Whoever wrote `config.json` chose its brain; code of their own runs only if the user has chosen it too."""
+    made_by = run.config.brain
+    if brain == made_by or (brain is None and made_by in BRAINS):
+        return
+    option = f"--brain {shlex.quote(''.join(filter(str.isprintable, made_by)))}"
+    if made_by in BRAINS:
+        raise SclaError(f"{run.path} was made by {option}, not by --brain {brain}: leave the option out")
+    raise SclaError(
+        f"{run.path} was made by {option}, which is code of its own: name it again, {option}, if you trust it"
+    )
+
+
+def _refuse_broken(run: Run) -> None:
+    """A run that ended in order goes on only from the files that it left, but may start again without a checkpoint."""
+    for name, fault in broken_files(run.path).items():
+        if name != paths.CHECKPOINT_NPZ:
+            raise SclaError(fault)
+        if run.file(name).exists():
+            raise SclaError(f"{fault}, or {START_AGAIN}")
+
+
+def _refuse_complete(run: Run) -> None:
+    """A run is complete when all its decisions are summed up, its brain is written, and its checkpoint is gone."""
+    if run.file(paths.CHECKPOINT_NPZ).exists() or not run.file(paths.BRAIN_NPZ).exists():
+        return
+    if run.file(paths.SUMMARY_JSON).exists():
+        summary = read_summary(run.path)
+        if sum(epoch.decisions for epoch in summary.epochs) >= run.config.epochs * run.config.decisions:
+            raise SclaError(f"{run.path} is complete: there is nothing to resume")
+
+
+def _refuse_other_versions(run: Run) -> None:
+    here, there = folder.package_versions(), run.versions
+    changed = [name for name in folder.MAKERS if there.get(name) != here[name]]
+    if changed:
+        began = ", ".join(f"{name} {there.get(name, 'unknown')} (here {here[name]})" for name in changed)
+        raise SclaError(f"{run.path} began with {began}: install those versions to resume it, or start a new run")
+
+
+def _restore(session: Session, run: Run) -> None:
+    """Put the session where the checkpoint was written; without one it stays at the run's beginning."""
+    state, path = read_checkpoint(run.path), run.file(paths.CHECKPOINT_NPZ)
+    if state is None:
+        return
+    if state.get("config") != run.content:
+        raise SclaError(f"{path} does not belong to {run.file(paths.CONFIG_JSON)}: one of them is of another run")
+    _refuse_missing_log(run)
+    try:
+        if state["recorder"] is not None:
+            check_parts(run.path, state["recorder"].get("parts", []))
+        session.restore(state)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise SclaError(f"{path} does not fit its own run ({type(error).__name__}: {error}); {START_AGAIN}") from error
+
+
+def _refuse_missing_log(run: Run) -> None:
+    logs = (paths.DECISIONS_PARQUET, paths.DECISIONS_PARTIAL)
+    if not any(run.file(name).exists() for name in logs):
+        missing, builds = run.file(paths.DECISIONS_PARTIAL), paths.CHECKPOINT_NPZ
+        raise SclaError(
+            f"{missing} is missing, the decisions that {builds} builds on: put it back, or move {builds} away and the "
+            "run starts again from its beginning, to the same bits"
+        )
+
+
+def _take_back(run: Run, decisions: int) -> None:
+    """Turn the folder back to what it was after that many decisions; recordings stay, as they tell their own part."""
+    lift_seal(run.path)
+    for name in folder.RUN_FILES:
+        remove_scratch(run.file(name))
+    take_back(run.path, decisions)
+    try:
+        for name in _RESULTS:
+            run.file(name).unlink(missing_ok=True)
+    except OSError as error:
+        raise cannot_write(run.path, error) from error

@@ -1,0 +1,227 @@
+"""A run as it goes: decision by decision, recorded, saved at intervals, stopped in order, finished."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Final
+
+from scla_mj import paths
+from scla_mj.engine.account import Account
+from scla_mj.engine.interrupts import held_back
+from scla_mj.errors import SclaError
+from scla_mj.markov import hits_per_1000, uniform_policy
+from scla_mj.runs.brain import write_brain
+from scla_mj.runs.checkpoint import remove_checkpoint, write_checkpoint
+from scla_mj.runs.decisions import DecisionLog
+from scla_mj.runs.seal import write_seal
+from scla_mj.runs.summary import Summary, Tally, epoch_ceiling_hits_per_1000, write_summary
+
+if TYPE_CHECKING:
+    from scla_mj.loop.simulation import Simulation
+    from scla_mj.runs.folder import Run
+    from scla_mj.signals import DecisionRecord, Snapshot
+    from scla_mj.telemetry.recording import RerunRecorder
+
+_PROBABILITIES_EVERY: Final = 50
+"""Decisions between two pictures of the policy: it is seen to change, for 2 ms a picture."""
+
+Watch = Callable[["DecisionRecord", Tally], None]
+"""Takes every decision, and the count so far, which can be asked for any epoch's figures.
+
+With telemetry off most decisions have no activity, and their moves an empty trajectory: nobody needs them."""
+
+
+class Session:
+    """One process's share of a run: all of it, or what is left after a checkpoint.
+
+    Args:
+        run: the run's folder.
+        simulation: the robot and its brain, fresh from the run's configuration.
+        pictures: draw the three figures at the end.
+        checkpoint_period_s: wall time between two checkpoints; no bit of the run depends on it.
+    """
+
+    def __init__(self, run: Run, simulation: Simulation, *, pictures: bool, checkpoint_period_s: float) -> None:
+        self._run, self._config, self._simulation = run, run.config, simulation
+        self._pictures = pictures
+        self._period_s = checkpoint_period_s
+        self._account = Account(run.config)
+        self._recorder: RerunRecorder | None = None
+        self._recorded: dict[str, Any] | None = None
+        self._whole = False
+
+    @property
+    def decisions(self) -> int:
+        """Whole decisions so far, those of earlier sessions included."""
+        return self._account.tally.decisions
+
+    def can_save(self) -> bool:
+        """Tell whether the brain has a state to be saved."""
+        return self._simulation.brain.state() is not None
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from what `_save` wrote."""
+        self._account.restore(state["account"])
+        if self._jumped(self._epoch(self.decisions - 1)):
+            self._simulation.move_target(self._config.build_grid(self._config.task.jump_epoch))
+        self._simulation.restore(state["simulation"])
+        self._recorded = state["recorder"]
+
+    def carry_out(self, watch: Watch | None, *, goes_on: bool = False) -> Summary:
+        """Make every decision that is left, and leave a finished run folder; `goes_on` with the log that is there.
+
+        Ctrl-C and SIGTERM wait for the end of the decision, a second one does not. Whatever ends the run early, what
+        was complete is left readable, and the last whole decision is where it can be resumed.
+
+        Raises:
+            SclaError: the run cannot go on, or its folder cannot be written to.
+        """
+        with held_back() as let_interrupt_through:
+            try:
+                with DecisionLog(self._run.path, goes_on=goes_on) as log, self._recording():
+                    self._make_decisions(log, watch, let_interrupt_through)
+            except BaseException:
+                with contextlib.suppress(SclaError):  # what ended the run is to be told, not what follows from it
+                    self._finish(complete=False)
+                raise
+            return self._finish(complete=True)
+
+    def _make_decisions(self, log: DecisionLog, watch: Watch | None, between: Callable[[], None]) -> None:
+        saved_s = time.monotonic()
+        try:
+            for number in range(self.decisions, self._config.epochs * self._config.decisions):
+                self._whole = False
+                record = self._decide(number, log)
+                self._whole = True
+                if watch is not None:
+                    watch(record, self._account.tally)
+                if time.monotonic() - saved_s >= self._period_s:
+                    self._save(log)
+                    saved_s = time.monotonic()
+                between()
+        except BaseException:
+            if self._whole:  # between two decisions: from here the run can go on
+                with contextlib.suppress(SclaError):
+                    self._save(log)
+            raise
+
+    def _decide(self, number: int, log: DecisionLog) -> DecisionRecord:
+        """Make the run's decision of that number, counted from 0, and write it down everywhere."""
+        config, simulation = self._config, self._simulation
+        epoch, decision = self._epoch(number), number % config.decisions + 1
+        jumps = decision == 1 and epoch == config.task.jump_epoch
+        if jumps:
+            simulation.move_target(config.build_grid(epoch))
+        observe = self._recorder is not None or self._account.wants_activity(decision)
+        record = simulation.step(epoch=epoch, decision=decision, observe=observe)
+        memory = None if self._recorder is None else self._memory(record)
+        log.write(record)
+        self._account.add(record, simulation.time_s)
+        if self._recorder is not None:
+            if jumps:
+                ceiling = epoch_ceiling_hits_per_1000(config, epoch)
+                self._recorder.move_target(config.build_grid(epoch), ceiling_hits_per_1000=ceiling)
+            self._recorder.write(record, memory)
+        return record
+
+    def _memory(self, record: DecisionRecord) -> Snapshot | None:
+        """The whole memory after the first decision and each epoch; in between the probabilities, which are small."""
+        if record.decision == self._config.decisions or (record.epoch == 1 and record.decision == 1):
+            return self._simulation.brain.snapshot()
+        if record.decision % _PROBABILITIES_EVERY == 0:
+            return self._simulation.brain.snapshot()._replace(weights=None)
+        return None
+
+    def _save(self, log: DecisionLog) -> None:
+        """Write a checkpoint, once all that it builds on is safe on the disk; a brain without a state has none."""
+        simulation = self._simulation.state()
+        if simulation["brain"] is None:
+            return
+        log.sync()
+        recorded = None
+        if self._recorder is not None:
+            self._recorder.sync()
+            recorded = self._recorder.state()
+        parts = {"account": self._account.state(), "simulation": simulation, "recorder": recorded}
+        write_checkpoint(self._run.path, {"config": self._run.content, "decisions": self.decisions, **parts})
+
+    def _epoch(self, number: int) -> int:
+        return number // self._config.decisions + 1
+
+    def _jumped(self, epoch: int) -> bool:
+        return 0 < self._config.task.jump_epoch <= epoch
+
+    @contextlib.contextmanager
+    def _recording(self) -> Iterator[None]:
+        if self._config.telemetry == "off":
+            yield
+            return
+        self._recorder = recorder = self._open_recorder()
+        try:
+            yield
+        except BaseException:
+            with contextlib.suppress(SclaError):  # what ended the run is to be told, not what follows from it
+                self._close(recorder, stopped=True)
+            raise
+        self._close(recorder, stopped=False)
+
+    def _close(self, recorder: RerunRecorder, *, stopped: bool) -> None:
+        self._recorder = memory = None
+        with contextlib.suppress(SclaError):  # a brain that cannot tell is refused when its file is written
+            memory = self._simulation.brain.snapshot()
+        recorder.close(memory, stopped=stopped)
+
+    def _open_recorder(self) -> RerunRecorder:
+        """Open the recording, or its next part; importing rerun takes longer than the first decisions."""
+        from scla_mj.telemetry.recording import RerunRecorder
+
+        config = self._config
+        numbers = [paths.part_number(part.name) or 0 for part in paths.recordings(self._run.path)]
+        recorder = RerunRecorder(
+            self._run.file(paths.recording_part(max(numbers, default=0) + 1)),
+            mode=config.telemetry,
+            grid=config.build_grid(),
+            clock=config.build_clock(),
+            model=self._simulation.world.model,
+            run_id=self._run.run_id,
+            protocol=config.protocol,
+            ceiling_hits_per_1000=epoch_ceiling_hits_per_1000(config, 1),
+            weight_max=config.network.weight_max,
+            first_decision=self.decisions + 1,
+            metadata={"seed": config.seed},
+        )
+        if self._recorded is not None:
+            epoch = self._epoch(self.decisions - 1)
+            ceiling = epoch_ceiling_hits_per_1000(config, epoch)
+            recorder.restore(self._recorded, config.build_grid(epoch), ceiling_hits_per_1000=ceiling)
+        return recorder
+
+    def _finish(self, *, complete: bool) -> Summary:
+        """Write what is known only at the end; a run without one whole decision has nothing to tell."""
+        path, summary = self._run.path, self._account.summary()
+        if not summary.epochs:
+            return summary
+        write_summary(path, summary)
+        memory = self._simulation.brain.snapshot()
+        write_brain(path, memory)
+        if self._pictures:
+            self._draw(summary, memory)
+        if complete:
+            remove_checkpoint(path)
+        write_seal(path)
+        return summary
+
+    def _draw(self, summary: Summary, memory: Snapshot) -> None:
+        from scla_mj.runs import plots  # matplotlib is slow to import
+
+        config, path = self._config, self._run.path
+        first, last = config.build_grid(), config.build_grid(summary.epochs[-1].epoch)
+        floor = hits_per_1000(first, config.protocol, uniform_policy(first))
+        plots.plot_epochs(path, summary, floor_hits_per_1000=floor)
+        curve = self._account.history.curve()
+        if len(curve.decision):
+            plots.plot_weights(path, curve, summary)
+        if memory.probabilities is not None:
+            plots.plot_policy(path, last, memory.probabilities, summary)

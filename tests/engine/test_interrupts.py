@@ -1,0 +1,99 @@
+"""Ctrl-C and SIGTERM during a rollout: the decision is finished, and everything complete is on disk and agrees."""
+
+import os
+import signal
+import threading
+
+import pytest
+
+from scla_mj.cli.main import main
+from scla_mj.engine.interrupts import Terminated, held_back, terminable
+from scla_mj.runs.brain import read_brain
+from scla_mj.runs.decisions import read_decisions
+from scla_mj.runs.summary import read_summary
+from scla_mj.telemetry.reader import inspect_recording
+
+SIGNALLING = """
+import os, signal
+from scla_mj.brain.scla import SclaBrain
+
+class {name}(SclaBrain):
+    decided = 0
+
+    def decide(self, percept):
+        self.decided += 1
+        if self.decided == {decision}:
+            for _ in range({times}):
+                os.kill(os.getpid(), signal.{signal})
+        return super().decide(percept)
+"""
+
+
+def rollout_with_a_signal(number, decision, folder, monkeypatch, times=1):
+    """Run with a brain that is sent a signal in the middle of a decision; returns the exit code."""
+    module = f"signalling_{number.name}_{decision}_{times}".lower()
+    source = SIGNALLING.format(name="Signalled", decision=decision, signal=number.name, times=times)
+    (folder / f"{module}.py").write_text(source)
+    monkeypatch.chdir(folder)
+    return main(["rollout", "run", "--brain", f"{module}:Signalled", "--epochs", "1", "--decisions", "60"])
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+)
+def test_a_signal_waits_for_the_decision_and_leaves_files_that_agree(number, code, word, tmp_path, monkeypatch, capsys):
+    assert rollout_with_a_signal(number, 25, tmp_path, monkeypatch) == code
+    assert f"scla-mj: {word}; what was complete is on disk\n" in capsys.readouterr().err
+    rows = read_decisions(tmp_path / "run").to_pylist()
+    assert [row["decision"] for row in rows] == list(range(1, 26))
+    summary = read_summary(tmp_path / "run")
+    assert summary.epochs[0].decisions == 25
+    assert summary.simulated_s == pytest.approx(rows[-1]["time_s"] + 0.05 + rows[-1]["duration_s"])
+    assert main(["inspect", "run"]) == 0, capsys.readouterr().out
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_a_second_signal_cuts_the_decision_and_still_leaves_a_readable_run(tmp_path, monkeypatch):
+    assert rollout_with_a_signal(signal.SIGTERM, 10, tmp_path, monkeypatch, times=2) == 143
+    rows = read_decisions(tmp_path / "run").to_pylist()
+    assert len(rows) == 9
+    summary = read_summary(tmp_path / "run")
+    assert summary.simulated_s == pytest.approx(rows[-1]["time_s"] + 0.05 + rows[-1]["duration_s"])
+    assert read_brain(tmp_path / "run").weights is not None
+    assert inspect_recording(tmp_path / "run" / "recording.rrd").finished
+
+
+def test_a_first_signal_is_held_back_and_a_second_acts_at_once():
+    reached = []
+    with pytest.raises(KeyboardInterrupt), held_back() as let_through:
+        os.kill(os.getpid(), signal.SIGINT)
+        reached.append("held back")
+        let_through()
+        reached.append("let through too late")
+    assert reached == ["held back"]
+    with pytest.raises(Terminated), terminable(), held_back():
+        os.kill(os.getpid(), signal.SIGINT)
+        reached.append("held back again")
+        os.kill(os.getpid(), signal.SIGTERM)
+        reached.append("the second did nothing")
+    assert reached == ["held back", "held back again"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_signal_that_is_never_let_through_is_not_lost():
+    with pytest.raises(KeyboardInterrupt), held_back():
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_another_thread_than_the_main_one_can_roll_out_too():
+    passed = []
+
+    def work():
+        with terminable(), held_back() as let_through:
+            let_through()
+            passed.append(True)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert passed == [True]

@@ -1,0 +1,174 @@
+"""Whole decisions of a disturbed robot, of one that finds its own place, and of one whose body or world fails."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from scla_mj.config import ControllerConfig, RunConfig
+from scla_mj.control.motion import Gains
+from scla_mj.disturbances import SETS, DisturbanceConfig, with_sets
+from scla_mj.engine.build import build_simulation
+from scla_mj.errors import SclaError
+from scla_mj.runs.decisions import row
+from scla_mj.signals import Outcome
+
+
+def make(*sets, seed=0, brain="random", timeout_s=10.0, **settings):
+    controller = dataclasses.replace(ControllerConfig(), timeout_s=timeout_s)
+    disturbance = with_sets(DisturbanceConfig(), sets)
+    return build_simulation(
+        RunConfig(seed=seed, brain=brain, telemetry="off", disturbance=disturbance, controller=controller, **settings)
+    )
+
+
+def steps(simulation, count, first=1):
+    return [simulation.step(epoch=1, decision=first + i) for i in range(count)]
+
+
+def table(records):
+    return [repr(row(record)) for record in records]
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_under_each_disturbance_moves_end_in_the_right_cell_or_are_reported(name):
+    simulation = make(name, seed=4)
+    failed = 0
+    for record in steps(simulation, 120):
+        move = record.move
+        failed += move.outcome == Outcome.FAILED
+        if move.outcome != Outcome.FAILED:
+            assert move.after == simulation.world.grid.after(record.percept.cell, record.executed)
+        assert simulation.world.can_drive()
+    assert failed <= 2
+
+
+def test_under_all_disturbances_and_by_its_own_sensors_the_robot_always_knows_its_cell():
+    simulation = make("all", seed=1, localisation="sensors")
+    records = steps(simulation, 150)
+    assert np.mean([record.localised.right_cell for record in records]) > 0.97
+    assert np.mean([record.localised.error_m for record in records]) < 0.02
+    assert np.mean([record.move.outcome == Outcome.FAILED for record in records]) < 0.15
+
+
+def test_dead_reckoning_drifts_and_says_so():
+    def errors(kind):
+        return [record.localised.error_m for record in steps(make("wheels", seed=2, localisation=kind), 60)]
+
+    assert max(errors("odometry")) > 2 * max(errors("sensors"))
+
+
+def test_the_target_is_sensed_where_it_truly_is():
+    simulation = make(localisation="odometry")
+    simulation._localiser.odometer.estimate[:2] += 0.30
+    pose, percept = simulation.world.pose(), simulation._sense()
+    true, believed = (
+        simulation._grid.cell_at(pose.x_m, pose.y_m),
+        simulation._grid.cell_at(*simulation._localiser.position_m()),
+    )
+    assert (percept.cell, percept.sensed) == (believed, simulation._grid.sensed_from(true))
+    assert not simulation._localiser.error().right_cell
+
+
+@pytest.mark.parametrize("localisation", ["truth", "odometry", "sensors"])
+def test_a_disturbed_run_is_the_same_again_and_goes_on_from_a_state(localisation):
+    whole = make("all", seed=3, localisation=localisation)
+    expected = table(steps(whole, 24))
+    simulation = make("all", seed=3, localisation=localisation)
+    assert table(steps(simulation, 12)) == expected[:12]
+    resumed = make("all", seed=3, localisation=localisation)
+    resumed.restore(simulation.state())
+    assert table(steps(resumed, 12, first=13)) == expected[12:]
+
+
+def test_a_disturbance_shifts_no_other_stream():
+    """Grip alone does not move a robot that stands: the first decision is that of the undisturbed run."""
+    assert table(steps(make("latency"), 1))[0].split(",")[3:9] == table(steps(make(), 1))[0].split(",")[3:9]
+
+
+def test_a_command_arrives_one_period_late():
+    on_time, late = (make(*sets, seed=6, brain="shortest-path") for sets in ((), ("latency",)))
+    first, second = (steps(simulation, 1)[0].move.trajectory for simulation in (on_time, late))
+    started = [int(np.flatnonzero(rows[:, 10:].any(axis=1))[0]) for rows in (first, second)]
+    assert started[1] == started[0] + 1
+
+
+@pytest.mark.parametrize("wheel", [6, 7])
+def test_a_jammed_wheel_fails_every_move_and_the_robot_is_put_down_elsewhere(wheel):
+    simulation = make(seed=1, timeout_s=1.0)
+    simulation.world.model.dof_frictionloss[wheel] = 100.0
+    mujoco.mj_setConst(simulation.world.model, mujoco.MjData(simulation.world.model))
+    moves = [record.move for record in steps(simulation, 4)]
+    assert {move.outcome for move in moves} == {Outcome.FAILED}
+    assert [move.fallen for move in moves] == [False, False, True, False]
+    assert all(move.duration_s <= 1.0 for move in moves)
+
+
+def test_a_robot_that_is_tipped_over_is_reported_and_drives_on_from_elsewhere():
+    simulation = make(seed=1)
+    simulation.world.data.xfrc_applied[1, 3:5] = 5.0
+    first, second = steps(simulation, 2)
+    assert (first.move.outcome, first.move.fallen, first.hit) == (Outcome.FAILED, True, False)
+    assert second.move.outcome != Outcome.FAILED
+
+
+def while_thinking(simulation, happens):
+    """Let something happen to the robot once, while it makes up its mind."""
+    decide = simulation.brain.decide
+
+    def decide_and_suffer(percept):
+        simulation.brain.decide = decide
+        happens()
+        return decide(percept)
+
+    simulation.brain.decide = decide_and_suffer
+
+
+@pytest.mark.parametrize(("array", "index"), [("qvel", 0), ("qvel", 6), ("qpos", 0), ("qpos", 2), ("qpos", 4)])
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_state_that_is_not_a_number_is_reported_and_recovered_from(array, index, value):
+    simulation = make(seed=1)
+    steps(simulation, 2)
+    while_thinking(simulation, lambda: getattr(simulation.world.data, array).__setitem__(index, value))
+    broken, sound = steps(simulation, 2)
+    assert (broken.move.outcome, broken.move.fallen, broken.hit) == (Outcome.FAILED, True, False)
+    assert sound.move.outcome != Outcome.FAILED
+    assert simulation.world.faults() == []
+
+
+def test_a_robot_that_has_lost_its_place_is_reported_and_told_a_new_one():
+    simulation = make(seed=1, localisation="sensors")
+    while_thinking(simulation, lambda: simulation._localiser.odometer.estimate.__setitem__(0, math.nan))
+    lost, found = steps(simulation, 2)
+    assert (lost.move.outcome, lost.move.fallen) == (Outcome.FAILED, True)
+    assert found.move.outcome != Outcome.FAILED
+    assert found.localised.error_m < 1e-9
+
+
+def test_a_command_that_is_not_a_number_fails_and_reaches_no_wheel():
+    simulation = make(seed=1)
+    gains = simulation._driver._robot[-1]
+    gains[Gains._fields.index("wheel_radius_m")] = math.nan
+    record = steps(simulation, 1)[0]
+    assert record.move.outcome == Outcome.FAILED
+    assert not np.isnan(simulation.world.data.ctrl).any()
+
+
+def test_a_warning_of_mujoco_stops_the_run_with_a_sentence():
+    simulation = make(seed=1)
+    simulation.world.data.warning[int(mujoco.mjtWarning.mjWARN_CONTACTFULL)].number = 1
+    with pytest.raises(SclaError, match="CONTACTFULL"):
+        steps(simulation, 1)
+
+
+def test_mujoco_resetting_itself_stops_the_run_with_a_sentence():
+    simulation = make(seed=1)
+    mujoco.mj_resetData(simulation.world.model, simulation.world.data)
+    simulation.world.data.qpos[:] = simulation.world._resting_qpos
+    simulation.world.steps = 500
+    with pytest.raises(SclaError, match="reset itself"):
+        steps(simulation, 1)
