@@ -189,9 +189,9 @@ def test_the_first_decision_is_timed_in_a_process_of_its_own():
 
 
 def test_tables_are_put_into_their_places_on_a_page():
-    table = table.Sheet("one", "Title", ("what", "ms"), (("a", "1.0"),), "A note.", {})
+    sheet = table.Sheet("one", "Title", ("what", "ms"), (("a", "1.0"),), "A note.", {})
     page = "before\n<!-- bench: one -->\nold\n<!-- end -->\nafter\n<!-- bench: two -->\nkept\n<!-- end -->\n"
-    filled = table.replace_tables(page, [table], machine="a machine")
+    filled = table.replace_tables(page, [sheet], machine="a machine")
     assert "| a | 1.0 |" in filled
     assert "old" not in filled
     assert filled.startswith("before\n<!-- bench: one -->")
