@@ -54,7 +54,7 @@ def take(options: Screenshot) -> None:
     Raises:
         SclaError: the recording is unreadable, no viewer or Vulkan driver is there, or a view reports an error.
     """
-    from scla_mj.telemetry.reader import inspect_recording
+    from scla_mj.telemetry.reading.reader import inspect_recording
 
     recording = options.run / RECORDING_RRD if options.run.is_dir() else options.run
     seen = inspect_recording(recording)

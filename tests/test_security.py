@@ -146,7 +146,7 @@ def test_a_run_says_nothing_of_who_ran_it_or_where(tmp_path):
 
 
 def test_a_program_started_for_reading_imports_nothing_from_the_working_directory(tmp_path):
-    from scla_mj.telemetry import probe
+    from scla_mj.telemetry.reading import probe
 
     (tmp_path / "rerun_bindings.py").write_text("raise SystemExit('imported from the working directory')")
     done = subprocess.run([sys.executable, probe.__file__, "no-such.rrd"], cwd=tmp_path, capture_output=True, text=True)

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from scla_mj.config import RunConfig
-    from scla_mj.telemetry.agreement import Comparison, RunFiles
-    from scla_mj.telemetry.reader import Inspection
+    from scla_mj.telemetry.reading.comparison import Comparison, RunFiles
+    from scla_mj.telemetry.reading.reader import Inspection
 
 EXIT_DISAGREES: Final = 1
 _SEALED: Final = "sealed: each file is checked against the SHA-256 that the run left in seal.json"
@@ -49,8 +49,8 @@ class Inspect:
         from scla_mj.paths import CHECKPOINT_NPZ, CONFIG_JSON, RECORDING_RRD, recordings
         from scla_mj.runs.folder import load_config, open_run
         from scla_mj.runs.seal import check_seal, is_sealed
-        from scla_mj.telemetry.agreement import compare
-        from scla_mj.telemetry.reader import inspect_recording
+        from scla_mj.telemetry.reading.comparison import compare
+        from scla_mj.telemetry.reading.reader import inspect_recording
 
         parts = recordings(self.path) if self.path.is_dir() else []
         if not parts:
@@ -114,7 +114,7 @@ def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, fa
     from scla_mj.runs.brain import read_brain
     from scla_mj.runs.decisions import read_decisions
     from scla_mj.runs.summary import read_summary
-    from scla_mj.telemetry.agreement import RunFiles
+    from scla_mj.telemetry.reading.comparison import RunFiles
 
     files = RunFiles(config=None if config is None else _settings(config))
     if not (path / SUMMARY_JSON).exists():

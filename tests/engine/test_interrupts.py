@@ -11,7 +11,7 @@ from scla_mj.engine.interrupts import Terminated, held_back, terminable
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.summary import read_summary
-from scla_mj.telemetry.reader import inspect_recording
+from scla_mj.telemetry.reading.reader import inspect_recording
 
 SIGNALLING = """
 import os, signal

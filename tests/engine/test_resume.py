@@ -17,7 +17,7 @@ from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.seal import broken_files, is_sealed
 from scla_mj.runs.summary import read_summary
-from scla_mj.telemetry.reader import inspect_recording
+from scla_mj.telemetry.reading.reader import inspect_recording
 
 HARD = dataclasses.replace(
     QUICK,

@@ -17,7 +17,7 @@ from scla_mj.paths import recordings
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.checkpoint import read_checkpoint, write_checkpoint
 from scla_mj.runs.summary import read_summary
-from scla_mj.telemetry.reader import inspect_recording
+from scla_mj.telemetry.reading.reader import inspect_recording
 
 RECORDED = dataclasses.replace(QUICK, telemetry="light")
 OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"

@@ -15,7 +15,7 @@ from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.plots import plot_policy
 from scla_mj.runs.summary import read_summary
 from scla_mj.signals import Snapshot
-from scla_mj.telemetry.reader import inspect_recording
+from scla_mj.telemetry.reading.reader import inspect_recording
 
 QUICK = RunConfig(epochs=1, decisions=40, telemetry="off")
 

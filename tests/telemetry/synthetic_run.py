@@ -1,15 +1,22 @@
-"""A made-up run with the shapes and the statistics of a real one, for the telemetry's own tests."""
+"""A made-up run with the shapes and the statistics of a real one, and recorders for it: for the telemetry's tests."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
+import mujoco
 import numpy as np
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, PROJECTIONS
+from scla_mj.config import RunConfig, Telemetry
 from scla_mj.grid import Action, Cell, Grid
+from scla_mj.paths import recording_part
 from scla_mj.signals import Activity, Decision, DecisionRecord, Move, Outcome, Percept, Snapshot
+from scla_mj.telemetry.recording import RerunRecorder
 
+GRID = Grid((5, 5), Cell(3, 3), 0.3)
 PERIOD_S = 0.01
 THINKING_STEPS = 50
 
@@ -41,12 +48,37 @@ MODEL_XML = """
 """
 
 
+def open_recorder(path: Path, mode: Telemetry = "light", **more: Any) -> RerunRecorder:
+    """Open the recording of a run that has no robot but that of `MODEL_XML`."""
+    settings = {"model": mujoco.MjModel.from_xml_string(MODEL_XML), "run_id": "a run", "metadata": {"seed": 7}} | more
+    return RerunRecorder(
+        path, mode=mode, grid=GRID, clock=RunConfig().build_clock(), protocol="any-start",
+        ceiling_hits_per_1000=400.0, weight_max=4.0, **settings,
+    )  # fmt: skip
+
+
+def open_part(
+    folder: Path, number: int, mode: Telemetry, *, first: int = 1, seed: int = 7, **more: Any
+) -> RerunRecorder:
+    """Open a part of a recording under its own name."""
+    path = folder / recording_part(number)
+    return open_recorder(path, mode, first_decision=first, metadata={"seed": seed}, **more)
+
+
+def record_run(path: Path, mode: Telemetry, run: list[DecisionRecord], last: Snapshot | None = None) -> None:
+    """Record a whole run."""
+    with open_recorder(path, mode) as recorder:
+        for record in run:
+            recorder.write(record)
+        recorder.close(last)
+
+
 def records(
     *, epochs: int, decisions: int, seed: int = 0, spikes: int = 8000, thinking_spikes: int = 350
 ) -> Iterator[DecisionRecord]:
     """Yield decisions of a robot that drives straight from cell to cell and learns as it goes."""
     generator = np.random.default_rng(seed)
-    grid, time_s, cell = Grid((5, 5), Cell(3, 3), 0.3), 0.0, Cell(1, 1)
+    grid, time_s, cell = GRID, 0.0, Cell(1, 1)
     for number in range(epochs * decisions):
         learnt = 1 - np.exp(-number / (0.3 * epochs * decisions))
         action = _choose(grid, cell, learnt, generator)

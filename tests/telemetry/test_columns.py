@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic_run import records
-from test_recording import record_run
+from synthetic_run import record_run, records
 
 from scla_mj.telemetry import names, recording
-from scla_mj.telemetry.chunks import open_recording
+from scla_mj.telemetry.reading.chunks import open_recording
 
 
 @pytest.mark.parametrize("mode", ["light", "full"])

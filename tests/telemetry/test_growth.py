@@ -4,8 +4,7 @@ import hashlib
 import itertools
 
 import pytest
-from synthetic_run import records
-from test_parts import open_part
+from synthetic_run import open_part, records
 
 from scla_mj.paths import recording_part
 

@@ -1,46 +1,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 import rerun as rr
-from synthetic_run import MODEL_XML, records, snapshot
+from synthetic_run import open_recorder, record_run, records, snapshot
 
 from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
-from scla_mj.config import RunConfig, Telemetry
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
-from scla_mj.signals import DecisionRecord, Outcome, Snapshot
-from scla_mj.telemetry.chunks import open_recording
-from scla_mj.telemetry.recording import RerunRecorder
-
-pytestmark = pytest.mark.usefixtures("_strict")
-
-
-@pytest.fixture
-def _strict():
-    rr.set_strict_mode(True)
-    yield
-    rr.set_strict_mode(False)
-
-
-def open_recorder(path: Path, mode: Telemetry = "light", **more: Any) -> RerunRecorder:
-    config = RunConfig()
-    model = more.pop("model", None) or mujoco.MjModel.from_xml_string(MODEL_XML)
-    return RerunRecorder(
-        path, mode=mode, grid=config.build_grid(), clock=config.build_clock(), model=model, run_id="a run",
-        protocol="any-start", ceiling_hits_per_1000=400.0, weight_max=4.0, metadata={"seed": 7}, **more,
-    )  # fmt: skip
-
-
-def record_run(path: Path, mode: Telemetry, run: list[DecisionRecord], last: Snapshot | None = None) -> None:
-    with open_recorder(path, mode) as recorder:
-        for record in run:
-            recorder.write(record)
-        recorder.close(last)
+from scla_mj.signals import Outcome, Snapshot
+from scla_mj.telemetry.reading.chunks import open_recording
 
 
 def read(path: Path, entity: str, component: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

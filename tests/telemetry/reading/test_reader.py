@@ -9,22 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rerun as rr
-from synthetic_run import records, snapshot
-from test_recording import open_recorder, record_run
+import synthetic_run
+from synthetic_run import open_recorder, record_run, records, snapshot
 
 from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
 from scla_mj.signals import Outcome
-from scla_mj.telemetry.agreement import RunFiles, compare
-from scla_mj.telemetry.reader import inspect_recording
-
-
-@pytest.fixture(autouse=True)
-def _strict():
-    rr.set_strict_mode(True)
-    yield
-    rr.set_strict_mode(False)
+from scla_mj.telemetry.reading.comparison import RunFiles, compare
+from scla_mj.telemetry.reading.reader import inspect_recording
 
 
 @pytest.fixture(scope="module")
@@ -208,8 +201,7 @@ def test_of_several_snapshots_the_last_one_counts(tmp_path, run):
 _KILLED = """
 import os, signal, sys
 sys.path[:0] = {paths!r}
-from synthetic_run import records
-from test_recording import open_recorder
+from synthetic_run import open_recorder, records
 from pathlib import Path
 recorder = open_recorder(Path(sys.argv[1]))
 for record in records(epochs=1, decisions=1050, spikes=20, thinking_spikes=10):
@@ -220,7 +212,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_the_recording_of_a_killed_run_is_readable_up_to_its_last_columns(tmp_path):
-    script = _KILLED.format(paths=[str(Path(__file__).parent)])
+    script = _KILLED.format(paths=[str(Path(synthetic_run.__file__).parent)])
     done = subprocess.run([sys.executable, "-c", script, str(tmp_path / "r.rrd")], capture_output=True, timeout=60)
     assert done.returncode == -signal.SIGKILL, done.stderr.decode()
     seen = inspect_recording(tmp_path / "r.rrd")

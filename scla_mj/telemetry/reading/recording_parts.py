@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from scla_mj.errors import SclaError
 from scla_mj.telemetry import names
-from scla_mj.telemetry.chunks import Chunk, EmptyRecordingError, RecordingFile, faults_named, open_recording
+from scla_mj.telemetry.reading.chunks import Chunk, EmptyRecordingError, RecordingFile, faults_named, open_recording
 
 
 class Part(NamedTuple):

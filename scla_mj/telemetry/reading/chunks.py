@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from scla_mj.errors import SclaError
 from scla_mj.telemetry import names
-from scla_mj.telemetry.probe import survives_decoding
+from scla_mj.telemetry.reading.probe import survives_decoding
 
 # Rerun 0.41's file: a header, then frames of kind and length (both uint64) and that many bytes.
 _MAGIC: Final = b"RRF2"

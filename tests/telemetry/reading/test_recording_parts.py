@@ -4,39 +4,19 @@ from __future__ import annotations
 
 import shutil
 
-import mujoco
 import numpy as np
 import pytest
 import rerun as rr
-from synthetic_run import MODEL_XML, records, snapshot
+from synthetic_run import GRID, open_part, records, snapshot
 
-from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.paths import part_number, recording_part, recordings
-from scla_mj.telemetry.reader import inspect_recording
-from scla_mj.telemetry.recording import RerunRecorder
-
-CONFIG = RunConfig()
-
-
-@pytest.fixture(autouse=True)
-def _strict():
-    rr.set_strict_mode(True)
-    yield
-    rr.set_strict_mode(False)
+from scla_mj.telemetry.reading.reader import inspect_recording
 
 
 @pytest.fixture(scope="module")
 def run():
     return list(records(epochs=2, decisions=60, spikes=300, thinking_spikes=80))
-
-
-def open_part(folder, number, mode, *, first=1, run_id="a run", seed=7):
-    return RerunRecorder(
-        folder / recording_part(number), mode=mode, grid=CONFIG.build_grid(), clock=CONFIG.build_clock(),
-        model=mujoco.MjModel.from_xml_string(MODEL_XML), run_id=run_id, protocol="any-start",
-        ceiling_hits_per_1000=400.0, weight_max=4.0, first_decision=first, metadata={"seed": seed},
-    )  # fmt: skip
 
 
 def record_in_parts(folder, run, mode, saved, killed):
@@ -52,7 +32,7 @@ def record_in_parts(folder, run, mode, saved, killed):
         shutil.copy(folder / recording_part(1), folder / "killed")
     (folder / "killed").replace(folder / recording_part(1))
     with open_part(folder, 2, mode, first=saved + 1) as second:
-        second.restore(state, CONFIG.build_grid(), ceiling_hits_per_1000=400.0)
+        second.restore(state, GRID, ceiling_hits_per_1000=400.0)
         for record in run[saved:]:
             second.write(record)
         second.close(memory)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scla_mj.anatomy import PROJECTION_NAMES
 from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.signals import Outcome, Snapshot
-from scla_mj.telemetry.reader import Inspection
+from scla_mj.telemetry.reading.reader import Inspection
 
 _TIME_TOLERANCE_S: Final = 1e-6
 """A recording's times are whole nanoseconds."""

@@ -13,8 +13,8 @@ from scla_mj.errors import SclaError
 from scla_mj.signals import Outcome
 from scla_mj.telemetry import names
 from scla_mj.telemetry.buffer import OUTCOME_CODES
-from scla_mj.telemetry.chunks import Chunk, faults_named
-from scla_mj.telemetry.parts import Part, open_parts
+from scla_mj.telemetry.reading.chunks import Chunk, faults_named
+from scla_mj.telemetry.reading.recording_parts import Part, open_parts
 
 _SCALARS: Final = "Scalars:scalars"
 _POINTS: Final = "Points2D:positions"
