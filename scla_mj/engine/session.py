@@ -124,6 +124,9 @@ class Session:
                 ceiling = epoch_ceiling_hits_per_1000(config, epoch)
                 self._recorder.move_target(config.build_grid(epoch), ceiling_hits_per_1000=ceiling)
             self._recorder.write(record, memory)
+            if decision == config.decisions:
+                count = self._account.tally.epoch(epoch)
+                self._recorder.end_epoch(hits=count.hits, decisions=count.decisions)
         return record
 
     def _memory(self, record: DecisionRecord) -> Snapshot | None:
@@ -193,9 +196,7 @@ class Session:
             metadata={"seed": config.seed},
         )
         if self._recorded is not None:
-            epoch = self._epoch(self.decisions - 1)
-            ceiling = epoch_ceiling_hits_per_1000(config, epoch)
-            recorder.restore(self._recorded, config.build_grid(epoch), ceiling_hits_per_1000=ceiling)
+            recorder.restore(self._recorded)
         return recorder
 
     def _finish(self, *, complete: bool) -> Summary:

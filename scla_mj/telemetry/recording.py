@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import shutil
+from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -14,7 +16,7 @@ import rerun as rr
 from scla_mj.clock import Clock
 from scla_mj.config import Telemetry
 from scla_mj.errors import SclaError
-from scla_mj.grid import Grid, StartProtocol
+from scla_mj.grid import Cell, Grid, StartProtocol
 from scla_mj.signals import DecisionRecord, Outcome, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.about import describe
@@ -22,7 +24,6 @@ from scla_mj.telemetry.blueprint import build_blueprint, raster_layout
 from scla_mj.telemetry.buffer import Buffer
 from scla_mj.telemetry.columns import send_buffer
 from scla_mj.telemetry.growth import Growth
-from scla_mj.telemetry.learning import LearningCurve
 from scla_mj.telemetry.memory import log_snapshot
 from scla_mj.telemetry.poses import POSE_PERIOD_S, end_time_s
 from scla_mj.telemetry.scene import log_scene
@@ -33,6 +34,9 @@ _DECISIONS_A_FLUSH: Final = 1000
 """Columns this long cost 31 bytes a number on disk where single rows cost 1300; of shorter ones Rerun keeps more."""
 _SPIKES_A_FLUSH: Final = 800_000
 """And this many spikes bound the memory of a full recording (some 40 MB while they are sorted)."""
+
+_RECENT: Final = 100
+"""Decisions in the rolling mean of the hits."""
 
 _FLUSH_AT_MOST_S: Final = 120.0
 """A disk so slow is taken for a dead one: Rerun would wait for ever."""
@@ -102,9 +106,10 @@ class RerunRecorder:
         self._flush()
         stride = max(1, round(POSE_PERIOD_S / clock.control_period_s))
         self._buffer = Buffer(mode=mode, clock=clock, pose_stride=stride)
-        self._curve = LearningCurve()
+        self._recent: deque[bool] = deque(maxlen=_RECENT)
         self._decision = first_decision - 1
         self._last: _Last | None = None
+        self._draws_ceiling = True
         self._remembered: dict[str, int] = {}
         self._growth, self._earlier = Growth(self._path), list[dict[str, Any]]()
         self._closed = False
@@ -112,23 +117,20 @@ class RerunRecorder:
     def move_target(self, grid: Grid, *, ceiling_hits_per_1000: float) -> None:
         """Draw the target where `grid` has it from now on, and the hits against its ceiling."""
         old, new = self._grid.centre_m(self._first_target), grid.centre_m(grid.target)
-        if self._last is not None:
-            self._end_epoch()
         self._say(f"the target jumps to cell ({grid.target.x}, {grid.target.y})", rr.TextLogLevel.WARN)
         self._stream.log(names.TARGET, rr.Transform3D(translation=(new[0] - old[0], new[1] - old[1], 0.0)))
-        self._grid, self._ceiling = grid, ceiling_hits_per_1000
-        self._last = None  # the epoch is closed, and the next decision draws the new ceiling
+        self._grid, self._ceiling, self._draws_ceiling = grid, ceiling_hits_per_1000, True
 
     def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
         """Record one decision, and the brain's memory after it if a snapshot is given."""
-        if self._last is None:
-            set_time(self._stream, record.time_s, self._decision + 1, record.epoch)
-            self._stream.log(names.CEILING, rr.Scalars(self._ceiling))
-        if self._last is not None and record.epoch != self._last.epoch:
-            self._end_epoch()
         self._decision += 1
+        if self._draws_ceiling:
+            set_time(self._stream, record.time_s, self._decision, record.epoch)
+            self._stream.log(names.CEILING, rr.Scalars(self._ceiling))
+            self._draws_ceiling = False
         self._last = _Last(record.epoch, end_time_s(record.move.trajectory, record.time_s))
-        self._buffer.add(record, self._decision, self._curve.add(record.epoch, record.hit))
+        self._recent.append(record.hit)
+        self._buffer.add(record, self._decision, 1000 * sum(self._recent) / len(self._recent))
         if record.move.outcome is Outcome.FAILED:
             x, y = record.move.before
             self._say(f"the move {record.chosen.action.label} from cell ({x}, {y}) failed", rr.TextLogLevel.WARN)
@@ -136,6 +138,17 @@ class RerunRecorder:
             self._keep(snapshot)
         if len(self._buffer.decisions) >= _DECISIONS_A_FLUSH or len(self._buffer.spike_step) >= _SPIKES_A_FLUSH:
             self._send()
+
+    def end_epoch(self, *, hits: int, decisions: int) -> None:
+        """Record what the epoch of the last decision earned: `hits` in all its `decisions`."""
+        assert self._last is not None
+        hits_per_1000 = 1000 * hits / decisions
+        self._set_time()
+        self._stream.log(names.EPOCH_HITS, rr.Scalars(hits_per_1000))
+        self._stream.log(names.CEILING, rr.Scalars(self._ceiling))
+        share = 100 * hits_per_1000 / self._ceiling
+        text = f"epoch {self._last.epoch}: {hits} hits in {decisions} decisions, {share:.1f} % of the ceiling"
+        self._say(text, rr.TextLogLevel.INFO)
 
     def sync(self) -> None:
         """Put every decision so far on the disk, safe from a power cut.
@@ -155,24 +168,27 @@ class RerunRecorder:
         return {
             "last": None if self._last is None else self._last._asdict(),
             "remembered": dict(self._remembered),
-            "curve": self._curve.state(),
+            "recent": list(self._recent),
+            "target": list(self._grid.target),
+            "ceiling": self._ceiling,
             "strip": self._buffer.strip.state(),
             "parts": [*self._earlier, self._growth.state()],
         }
 
-    def restore(self, state: dict[str, Any], grid: Grid, *, ceiling_hits_per_1000: float) -> None:
-        """Go on where another recorder was, with the target where `grid` has it by now."""
-        self._grid, self._ceiling = grid, ceiling_hits_per_1000
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue where another recorder was when `state` was taken."""
+        self._grid = dataclasses.replace(self._grid, target=Cell(*state["target"]))
+        self._ceiling, self._draws_ceiling = state["ceiling"], False
         self._last = None if state["last"] is None else _Last(**state["last"])
         self._remembered = dict(state["remembered"])
-        self._curve.restore(state["curve"])
+        self._recent.extend(state["recent"])
         self._buffer.strip.restore(state["strip"])
-        self._earlier = list(state.get("parts", []))
+        self._earlier = list(state["parts"])
 
     def close(self, snapshot: Snapshot | None = None, *, stopped: bool = False) -> None:
         """Send what is left, the brain's last memory if given, and finish the file; a second call does nothing.
 
-        `stopped` says that the run ends before its end: its last epoch then has no result, as it may yet go on.
+        `stopped` says that the run may yet be resumed.
         """
         if self._closed:
             return
@@ -183,11 +199,8 @@ class RerunRecorder:
             self._stream.disconnect()
 
     def _end(self, snapshot: Snapshot | None, *, stopped: bool) -> None:
-        if self._last is not None:
-            if stopped:
-                self._say(f"stopped after {self._decision} decisions", rr.TextLogLevel.WARN)
-            else:
-                self._end_epoch()
+        if stopped and self._last is not None:
+            self._say(f"stopped after {self._decision} decisions", rr.TextLogLevel.WARN)
         if snapshot is not None:
             self._keep(snapshot)
         self._send()
@@ -210,16 +223,6 @@ class RerunRecorder:
         if parts:
             self._set_time()
             log_snapshot(self._stream, fresh, self._grid, self._weight_max)
-
-    def _end_epoch(self) -> None:
-        tally = self._curve.tally
-        assert tally is not None
-        self._set_time()
-        self._stream.log(names.EPOCH_HITS, rr.Scalars(tally.hits_per_1000))
-        self._stream.log(names.CEILING, rr.Scalars(self._ceiling))
-        share = 100 * tally.hits_per_1000 / self._ceiling
-        text = f"epoch {tally.epoch}: {tally.hits} hits in {tally.decisions} decisions, {share:.1f} % of the ceiling"
-        self._say(text, rr.TextLogLevel.INFO)
 
     def _say(self, text: str, level: str) -> None:
         self._set_time()

@@ -17,7 +17,9 @@ from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.seal import broken_files, is_sealed
 from scla_mj.runs.summary import read_summary
+from scla_mj.telemetry import names
 from scla_mj.telemetry.reading.reader import inspect_recording
+from scla_mj.telemetry.reading.recording_parts import open_parts
 
 HARD = dataclasses.replace(
     QUICK,
@@ -57,7 +59,18 @@ def test_a_hard_run_goes_on_to_the_bit_wherever_it_is_cut(sessions, tmp_path, ha
     assert seen.path_length_m == pytest.approx(expected.path_length_m)
     told = {"parts": (), "properties": {}, "path_length_m": 0.0, "weights": None, "probabilities": None}
     assert seen._replace(**told) == expected._replace(**told)  # the arrays are inspect's to compare
+    assert recorded_epochs(tmp_path / "cut") == [
+        (epoch.epoch, epoch.hits_per_1000) for epoch in read_summary(tmp_path / "cut").epochs
+    ]
     assert main(["inspect", str(tmp_path / "cut")]) == 0
+
+
+def recorded_epochs(path):
+    """Return every recorded epoch and its hits per 1000 decisions."""
+    with open_parts(*recordings(path)) as parts:
+        chunks = [chunk for part in parts for chunk in part.chunks([f"/{names.EPOCH_HITS}"])]
+        results = [chunk for chunk in chunks if chunk.has("Scalars:scalars")]
+        return [row for chunk in results for row in zip(chunk.epoch, chunk.values("Scalars:scalars"), strict=True)]
 
 
 @pytest.fixture(scope="module")

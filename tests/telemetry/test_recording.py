@@ -250,6 +250,8 @@ def test_a_target_that_jumps_is_drawn_in_its_new_cell_and_ends_the_epoch_once(tm
             if (record.epoch, record.decision) == (2, 1):
                 recording.move_target(moved, ceiling_hits_per_1000=240.0)
             recording.write(record)
+            if record.decision == 20:
+                recording.end_epoch(hits=5, decisions=20)
     offset, time_s, _ = read(tmp_path / "r.rrd", "world/target", "Transform3D:translation")
     np.testing.assert_allclose(offset, [[-0.6, 0.6, 0.0]], atol=1e-6)
     assert run[19].time_s < time_s[0] <= run[20].time_s + 1e-6
@@ -257,3 +259,11 @@ def test_a_target_that_jumps_is_drawn_in_its_new_cell_and_ends_the_epoch_once(tm
     assert list(zip(decision.tolist(), ceiling.ravel().tolist(), strict=True)) == [
         (1, 400.0), (20, 400.0), (21, 240.0), (40, 240.0),
     ]  # fmt: skip
+    earned, _, decision = read(tmp_path / "r.rrd", "learning/epoch", "Scalars:scalars")
+    assert list(zip(decision.tolist(), earned.ravel().tolist(), strict=True)) == [(20, 250.0), (40, 250.0)]
+    said, _, _ = read(tmp_path / "r.rrd", "decisions/log", "TextLog:text")
+    assert said.tolist() == [
+        "epoch 1: 5 hits in 20 decisions, 62.5 % of the ceiling",
+        "the target jumps to cell (1, 5)",
+        "epoch 2: 5 hits in 20 decisions, 104.2 % of the ceiling",
+    ]

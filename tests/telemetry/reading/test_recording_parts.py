@@ -6,8 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-import rerun as rr
-from synthetic_run import GRID, open_part, records, snapshot
+from synthetic_run import open_part, records, snapshot
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import part_number, recording_part, recordings
@@ -32,7 +31,7 @@ def record_in_parts(folder, run, mode, saved, killed):
         shutil.copy(folder / recording_part(1), folder / "killed")
     (folder / "killed").replace(folder / recording_part(1))
     with open_part(folder, 2, mode, first=saved + 1) as second:
-        second.restore(state, GRID, ceiling_hits_per_1000=400.0)
+        second.restore(state)
         for record in run[saved:]:
             second.write(record)
         second.close(memory)
@@ -92,18 +91,6 @@ def test_a_part_of_another_recording_is_refused(tmp_path, run, other):
         stray.write(run[0])
     with pytest.raises(SclaError, match=r"recording-3\.rrd is no part of the recording"):
         inspect_recording(*recordings(tmp_path))
-
-
-def test_a_stopped_run_has_no_result_of_its_last_epoch(tmp_path, run):
-    with open_part(tmp_path, 1, "light") as recorder:
-        for record in run[:70]:
-            recorder.write(record)
-        recorder.close(stopped=True)
-    reader = rr.chunk.RrdReader(tmp_path / "recording.rrd")
-    rows = [
-        len(chunk.to_record_batch()) for chunk in reader.stream().filter(content=["/learning/epoch"], is_static=False)
-    ]
-    assert sum(rows) == 1  # epoch 1's
 
 
 def test_a_recording_that_vanished_is_told_at_the_next_sync(tmp_path, run):
