@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from scla_mj import paths
-from scla_mj.cli.main import VERBS, main
+from scla_mj.cli.main import COMMANDS, main
 from scla_mj.config import RunConfig
 from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
@@ -207,7 +207,7 @@ def seen(run: Path, way: Way) -> tuple[str, Any]:
 
 def ways() -> list[Way]:
     """Return the ways that this version's command line and run folders know."""
-    return [way for way in WAYS if way.open in ("read", *VERBS)]
+    return [way for way in WAYS if way.open in ("read", *COMMANDS)]
 
 
 class Case(NamedTuple):

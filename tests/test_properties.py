@@ -10,7 +10,7 @@ from pathlib import Path
 from hypothesis import HealthCheck, example, given, settings
 from wild import command_lines
 
-from scla_mj.cli.main import VERBS
+from scla_mj.cli.main import COMMANDS
 from scla_mj.cli.options import parse
 from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
@@ -28,7 +28,7 @@ def run_two_decisions(line, folder):
     """Parse and run as the command does, without its figures; return what refused it, or None."""
     fixed = ["--epochs", "1", "--decisions", str(DECISIONS), "--telemetry", "off"]
     try:
-        rollout(parse(VERBS, ["rollout", str(folder), *fixed, *line], prog="scla-mj").config, folder, pictures=False)
+        rollout(parse(COMMANDS, ["rollout", str(folder), *fixed, *line], prog="scla-mj").config, folder, pictures=False)
     except SclaError as refusal:
         return str(refusal)
     return None

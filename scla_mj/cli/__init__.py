@@ -1,1 +1,1 @@
-"""The command line: one module a verb, options from one dataclass, heavy imports only once a verb runs."""
+"""The command line: one module per command, options from dataclasses, heavy imports only once a command runs."""

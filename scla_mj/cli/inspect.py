@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar
 
 import tyro.conf
 
-from scla_mj.cli.folders import folder
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ _Content = TypeVar("_Content")
 class Inspect:
     """Read a run's recording alone, print what it holds, and compare it with the run's other files."""
 
-    path: Annotated[Path, tyro.conf.Positional, folder("RUN")]
+    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A run folder that `scla-mj rollout` wrote."""
 
     def run(self) -> int:

@@ -1,4 +1,4 @@
-"""`scla-mj VERB`: parse, run the verb, turn what the user can put right into one sentence and exit code 2."""
+"""`scla-mj COMMAND`: parse, run the command, turn what the user can put right into one sentence and exit code 2."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import sys
 from typing import Final
 
+from scla_mj import __version__
 from scla_mj.cli.bench import Bench, bench_command
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
@@ -16,7 +17,7 @@ from scla_mj.collector import collect_rarely
 from scla_mj.engine.interrupts import Terminated, terminable
 from scla_mj.errors import SclaError
 
-VERBS: Final = {"rollout": Rollout, "resume": Resume, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
+COMMANDS: Final = {"rollout": Rollout, "resume": Resume, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
 _EXIT_INTERRUPTED: Final = 130
 _EXIT_TERMINATED: Final = 143
 _EXIT_BROKEN_PIPE: Final = 141
@@ -42,11 +43,14 @@ def _run(arguments: list[str] | None) -> int:
     try:
         with terminable():
             words = sys.argv[1:] if arguments is None else arguments
-            verbs = VERBS | {"bench": bench_command()} if words[:1] == ["bench"] else VERBS
-            verb = parse(verbs, words, prog="scla-mj")
-            return int(verb.run())
+            if words[:1] in (["--version"], ["-V"]):
+                print(f"scla-mj {__version__}")
+                return 0
+            commands = COMMANDS | {"bench": bench_command()} if words[:1] == ["bench"] else COMMANDS
+            command = parse(commands, words, prog="scla-mj")
+            return int(command.run())
     except SclaError as error:
-        print(f"scla-mj: {error}", file=sys.stderr)
+        print(f"scla-mj: {_one_line(str(error))}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except KeyboardInterrupt as stop:
         how, code = (
@@ -54,6 +58,11 @@ def _run(arguments: list[str] | None) -> int:
         )
         print(f"scla-mj: {how}; what was complete is on disk", file=sys.stderr)
         return code
+
+
+def _one_line(sentence: str) -> str:
+    """Escape what a user's words may hold: a sentence is one line, and no terminal obeys it."""
+    return "".join(mark if mark.isprintable() else mark.encode("unicode_escape").decode() for mark in sentence)
 
 
 def _silence() -> None:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro.conf
 
-from scla_mj.cli.folders import folder
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ _EVERYTHING: Final = ("all",)
 class Reproduce:
     """Run the experiments of the report, embodied, and write the report into OUT; interrupted, it goes on."""
 
-    path: Annotated[Path, tyro.conf.Positional, folder("OUT")]
+    path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")] = None
     """Folder for the runs and the report."""
     only: tuple[str, ...] = _EVERYTHING
     """Experiments or groups (paper, comparison, world, ablation) to run."""
@@ -50,6 +49,8 @@ class Reproduce:
         if self.list:
             _print_experiments(experiments)
             return 0
+        if self.path is None:
+            raise SclaError("OUT is missing: name a folder for the runs and the report, or --list the experiments")
         with exclusive(self.path):
             jobs = open_jobs(self.path, experiments)
             with _bar(len(jobs)) as advance:
@@ -67,11 +68,11 @@ class Reproduce:
                 raise SclaError(f"--{option} is {value}: it must be 1 or more")
         names = {experiment.name for experiment in CATALOGUE}
         groups = dict.fromkeys(experiment.group for experiment in CATALOGUE)
-        if not self.only:
-            raise SclaError(f"--only names nothing: give it experiments or groups such as {', '.join(groups)}")
         for name in self.only:
             if name not in (*names, *groups, *_EVERYTHING):
-                raise SclaError(f"--only {name} is no experiment: choose {', '.join([*groups, *sorted(names)])}")
+                raise SclaError(
+                    f"--only {name} is no experiment: choose {', '.join([*groups, *sorted(names)])}; OUT goes before it"
+                )
         wanted = set(self.only)
         chosen = [e for e in CATALOGUE if wanted & {e.name, e.group, *_EVERYTHING}]
         return tuple(self._scaled(experiment) for experiment in chosen)

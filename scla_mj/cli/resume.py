@@ -8,8 +8,7 @@ from typing import Annotated
 
 import tyro.conf
 
-from scla_mj.cli.folders import folder
-from scla_mj.cli.going import carry_out
+from scla_mj.cli.run_command import carry_out
 from scla_mj.config import CHECKPOINT_PERIOD_S
 
 
@@ -17,7 +16,7 @@ from scla_mj.config import CHECKPOINT_PERIOD_S
 class Resume:
     """Go on with a run that was killed or stopped; it ends with the same bits as if it had never been."""
 
-    path: Annotated[Path, tyro.conf.Positional, folder("RUN")]
+    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A run folder that `scla-mj rollout` wrote."""
     brain: str | None = None
     """The run's brain, if it is your own code: package.module:Class, which is imported."""

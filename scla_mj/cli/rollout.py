@@ -8,8 +8,7 @@ from typing import Annotated
 
 import tyro.conf
 
-from scla_mj.cli.folders import folder
-from scla_mj.cli.going import carry_out
+from scla_mj.cli.run_command import carry_out
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
 from scla_mj.disturbances import DisturbanceSet
 from scla_mj.errors import SclaError
@@ -19,7 +18,7 @@ from scla_mj.errors import SclaError
 class Rollout:
     """Let the robot learn to reach its target, headless, and keep everything it did in a new folder RUN."""
 
-    path: Annotated[Path, tyro.conf.Positional, folder("RUN")]
+    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """Folder to make; refused if it already holds a run."""
     config: Annotated[RunConfig, tyro.conf.arg(name="")] = field(default_factory=RunConfig)
     disturb: tuple[DisturbanceSet, ...] = ()

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from scla_mj import __version__, paths
+from scla_mj.checked_path import checked_path
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.runs.atomic import cannot_write, read_json, write_json
@@ -81,9 +82,9 @@ def create(path: Path, config: RunConfig) -> Run:
     """Make the folder, parents too, and write `config.json` into it.
 
     Raises:
-        SclaError: the path holds a run already, is no folder, or cannot be written to.
+        SclaError: the path is odd, holds a run already, is no folder, or cannot be written to.
     """
-    path = Path(path)
+    path = checked_path(path, "RUN")
     made = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -121,7 +122,7 @@ def open_run(path: Path) -> Run:
     Raises:
         SclaError: there is no such folder, or its `config.json` is missing, foreign or damaged.
     """
-    path = Path(path)
+    path = checked_path(path, "RUN")
     if not path.is_dir():
         raise SclaError(f"{path} is no run folder: choose one that `scla-mj rollout` wrote")
     config = load_config(path / paths.CONFIG_JSON)

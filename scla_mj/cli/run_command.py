@@ -1,4 +1,4 @@
-"""What the verbs that run a robot have in common: the bar, the end, and the way back after Ctrl-C."""
+"""What the commands that run a robot have in common: the bar, the end, and the way back after Ctrl-C."""
 
 from __future__ import annotations
 
