@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro.conf
 
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
@@ -88,7 +89,7 @@ class Bench:
             preflight.require_page("--into", self.into, [key for name in names for key in suites.SUITES[name].keys])
         if self.out is not None:
             suites.require_room(self.out, names)
-        self.config.check()
+        check(self.config)
         if names != ["seeds"]:  # two seeds are whole runs, of any brain
             require_replayable(self.config)
         if self.peers is not None:

@@ -12,8 +12,9 @@ import numpy as np
 from benchmarks.replay import Tape, record, replay_moves, replay_physics, set_physics_state
 from benchmarks.table import FLOOR_ABOVE, Sheet, against, doubted
 from benchmarks.timing import Contender, Watch, median_cpu_s, nothing, turns
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.errors import SclaError
 from scla_mj.loop.drive import Driver
 from scla_mj.world.world import World
@@ -34,8 +35,8 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Sheet:
         SclaError: they do not.
     """
     tape = record(config)
-    clock = config.build_clock()
-    worlds = {name: build_simulation(config).world for name in _WHAT}
+    clock = check(config).clock
+    worlds = {name: simulate(config).world for name in _WHAT}
     driver = Driver(worlds["moves"], clock, config.controller)
     steps = clock.physics_steps_per_control
     environment = _environment(worlds["dm_control"], steps, clock.control_period_s)

@@ -17,7 +17,7 @@ from scla_mj.brain.scla import SclaBrain
 from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
 from scla_mj.disturbances import DisturbanceConfig
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.drive import Driver
@@ -109,18 +109,17 @@ def record(config: RunConfig) -> Tape:
         SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
     """
     require_replayable(config)
-    simulation, tape = build_simulation(config), Tape()
+    simulation, tape = simulate(config), Tape()
     assert isinstance(simulation.brain, SclaBrain)
     simulation.brain.network = _TapedNetwork(tape, config)
     fresh = True
-    for epoch in range(1, config.epochs + 1):
-        for decision in range(1, config.decisions + 1):
-            if fresh:
-                tape.episodes.append(Episode(_physics_state(simulation.world), []))
-            done = simulation.step(epoch=epoch, decision=decision)
-            commands = done.move.trajectory[:, _COMMANDS].copy()
-            tape.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
-            fresh = done.hit or done.move.fallen
+    for _ in range(config.epochs * config.decisions):
+        if fresh:
+            tape.episodes.append(Episode(_physics_state(simulation.world), []))
+        done = simulation.step()
+        commands = done.move.trajectory[:, _COMMANDS].copy()
+        tape.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
+        fresh = done.hit or done.move.fallen
     return tape
 
 

@@ -16,8 +16,9 @@ from benchmarks.timing import Contender, Watch, median_cpu_s, nothing, paced, tu
 from scla_mj import paths
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.checked import check
 from scla_mj.config import RunConfig, Telemetry
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.engine.rollout import rollout
 
 TELEMETRY: Final[tuple[Telemetry, ...]] = ("off", "light", "full")
@@ -142,7 +143,7 @@ def _recording_sheet(cost: Cost) -> Sheet:
 
 def fresh_network(config: RunConfig) -> Network:
     """Return the network of a run, before its first decision."""
-    brain = build_simulation(config).brain
+    brain = simulate(config).brain
     assert isinstance(brain, SclaBrain)
     return brain.network
 
@@ -163,13 +164,13 @@ def bare_stretches(config: RunConfig, decisions: int) -> Iterator[float]:
 
 
 def _bare_decisions(config: RunConfig) -> Iterator[object]:
-    world, steps = build_simulation(config).world, config.build_clock().physics_steps_per_control
+    world, steps = simulate(config).world, check(config).clock.physics_steps_per_control
     tape = record(config)
     return zip(replay_physics(world, tape, steps), replay_network(fresh_network(config), tape), strict=True)
 
 
 def _contenders(config: RunConfig, tape: Tape, sizes: dict[str, int]) -> dict[str, Contender]:
-    world, steps = build_simulation(config).world, config.build_clock().physics_steps_per_control
+    world, steps = simulate(config).world, check(config).clock.physics_steps_per_control
     contenders = {
         "physics": Contender(nothing, lambda _: turns(replay_physics(world, tape, steps))),
         "network": Contender(lambda: fresh_network(config), lambda network: turns(replay_network(network, tape))),

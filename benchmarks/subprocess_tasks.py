@@ -16,9 +16,10 @@ import time
 from pathlib import Path
 from typing import Any
 
+from scla_mj.checked import option
 from scla_mj.collector import collect_rarely
 from scla_mj.config import RunConfig
-from scla_mj.runs.settings import settings_from_json
+from scla_mj.validation import validated
 
 
 def first_decision(config: RunConfig, started_s: float) -> dict[str, Any]:
@@ -67,7 +68,7 @@ def main(task: str, argument: str) -> None:
     """Carry out one task."""
     collect_rarely()  # as the command does
     options = json.loads(argument)
-    config = settings_from_json(RunConfig, options.pop("config"), "config")
+    config = validated(RunConfig, options.pop("config"), spell=option)
     tasks: dict[str, Any] = {"first": first_decision, "long": long_run}
     print(json.dumps(tasks[task](config, **options)))
 

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from scla_mj.config import ClockConfig
 from scla_mj.errors import SclaError
-
-if TYPE_CHECKING:
-    from scla_mj.config import ClockConfig
 
 _TOLERANCE = 1e-9
 _BASE, _NEURAL, _PHYSICS, _CONTROL, _THINKING = (

@@ -1,21 +1,22 @@
-"""Every setting of a run, each default stated once with its source or its reason.
+"""Every setting of a run: its default, its range, and its source or reason, each stated once.
 
 Where the paper is silent, docs/model.md says what is built and why. Lengths of time carry their unit in the name; a
-number without a unit is a pure number.
+number without a unit is a pure number. Ranges are checked by `scla_mj.checked`, for Python callers and the command line
+alike.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import tyro.conf
+from annotated_types import Ge, Interval
 
-from scla_mj.clock import Clock, resolve_clock
 from scla_mj.disturbances import DisturbanceConfig
-from scla_mj.errors import SclaError
-from scla_mj.grid import Cell, Grid, StartProtocol
-from scla_mj.limits import check_limits
+from scla_mj.grid import StartProtocol
+from scla_mj.validation import Section
 
 Telemetry = Literal["off", "light", "full"]
 Scheme = Literal["reward-penalty", "reward-inaction", "reward-epsilon-penalty", "opposite-pair"]
@@ -24,14 +25,25 @@ Modulation = Literal["signed", "scalar"]
 Credit = Literal["executed", "decided"]
 Localisation = Literal["truth", "odometry", "sensors"]
 
+TINY: Final = 1e-6
+MOST_SEED: Final = 2**63 - 1
+"""The largest that a recording's and a table's 64-bit integers hold."""
+MOST_COUNT: Final = 10**9
+"""Centuries of simulated time."""
+Count = Annotated[int, Interval(ge=1, le=MOST_COUNT)]
+Fraction = Annotated[float, Interval(ge=0.0, le=1.0)]
+Weight = Annotated[float, Interval(ge=0.0, le=100.0)]
+Current = Annotated[float, Interval(ge=-100.0, le=100.0)]  # 15 already drives a neuron to 30 Hz
+Deviation = Annotated[float, Interval(ge=0.0, le=100.0)]
+
 CHECKPOINT_PERIOD_S: Final = 10.0
 """Wall time between two checkpoints: writing one costs some 0.02 s, a kill so much work at most. No setting of a run,
 as no bit of it depends on this."""
 
 
 @dataclass(frozen=True)
-class GridConfig:
-    """The floor."""
+class GridConfig(Section):
+    """The arena's floor."""
 
     cells: tuple[int, int] = (5, 5)
     """Columns and rows of the floor (paper: 5 x 5)."""
@@ -39,115 +51,117 @@ class GridConfig:
     """The target's column and row, from 1 (paper: 3 3)."""
     closed_cells: tuple[tuple[int, int], ...] = ()
     """Cells that are walls inside the floor, as column row column row ..."""
-    cell_size_m: float = 0.30
-    """Edge of a cell: about twice the robot's length, so that it turns without touching a wall."""
+    cell_size_m: Annotated[float, Interval(ge=0.27, le=3.0)] = 0.30
+    """Edge of a cell: about twice the robot's length, so that it turns without touching a wall; turning in place sweeps
+    a circle of 0.133 m about the axle."""
 
 
 @dataclass(frozen=True)
-class TaskConfig:
+class TaskConfig(Section):
     """What makes the task harder than the paper's."""
 
-    action_noise: float = 0.0
+    action_noise: Annotated[float, Interval(ge=0.0, le=0.75)] = 0.0
     """Probability that the executed direction is one of the three others (the paper's non-deterministic
-    environment)."""
-    jump_epoch: int = 0
+    environment); at 3/4 a decision says nothing about the direction any more."""
+    jump_epoch: Annotated[int, Interval(ge=0, le=MOST_COUNT)] = 0
     """From this epoch on the target is elsewhere; 0 for never. The brain is not told."""
     jump_target: tuple[int, int] = (1, 5)
     """Where the target jumps to."""
 
 
 @dataclass(frozen=True)
-class ClockConfig:
+class ClockConfig(Section):
     """The one clock. Every period must be an integer multiple of the base step."""
 
-    base_step_ms: float = 1.0
+    base_step_ms: Annotated[float, Interval(ge=TINY, le=100.0)] = 1.0
     """What every other period is counted in."""
-    neural_step_ms: float = 1.0
-    """One step of every neuron (Izhikevich 2003 integrates with 1 ms, v in two halves)."""
-    physics_step_ms: float = 10.0
+    neural_step_ms: Annotated[float, Interval(ge=0.05, le=1.0)] = 1.0
+    """One step of every neuron (Izhikevich 2003 integrates with 1 ms, v in two halves); below 0.05 ms float32 gains
+    nothing."""
+    physics_step_ms: Annotated[float, Interval(ge=0.1, le=20.0)] = 10.0
     """One MuJoCo step; with the discrete integrator within 0.05 degrees a move of a 0.5 ms step (tested)."""
-    control_period_ms: float = 10.0
-    """One period of the wheel-speed controller."""
-    thinking_window_ms: float = 50.0
+    control_period_ms: Annotated[float, Interval(ge=1.0, le=100.0)] = 10.0
+    """One period of the wheel-speed controller; the longest move, one row per period, still fits into 60 MB."""
+    thinking_window_ms: Annotated[float, Interval(ge=TINY, le=10_000.0)] = 50.0
     """How long the motor populations are counted before a decision (paper: "a limited time")."""
 
 
 @dataclass(frozen=True)
-class NetworkConfig:
+class NetworkConfig(Section):
     """The 1000 neurons: noise, drive and the fixed wiring (docs/model.md, wiring)."""
 
     precision: Precision = "float32"
     """Number format of the kernel: float32 for runs, float64 for cross-checks."""
-    weight_low: float = 0.8
+    weight_low: Weight = 0.8
     """Lower end of the uniform initial weights."""
-    weight_high: float = 1.2
+    weight_high: Weight = 1.2
     """Upper end of the uniform initial weights."""
-    weight_max: float = 4.0
+    weight_max: Weight = 4.0
     """Weights are clipped to 0..weight_max (Izhikevich 2007: 0..4 mV)."""
-    sensory_drive: float = 8.0
+    sensory_drive: Current = 8.0
     """Current into every neuron of the sensed direction's population while the robot thinks."""
-    advice_drive: float = 8.0
+    advice_drive: Current = 8.0
     """Current into every neuron of the motor population that the automaton advises while the robot thinks."""
-    sensory_noise: float = 3.0
+    sensory_noise: Deviation = 3.0
     """Standard deviation of the uniform noise current, sensory populations."""
-    motor_noise: float = 5.0
+    motor_noise: Deviation = 5.0
     """Standard deviation of the uniform noise current, motor populations."""
-    inhibitory_noise: float = 3.0
+    inhibitory_noise: Deviation = 3.0
     """Standard deviation of the uniform noise current, inhibitory populations."""
-    motor_to_inhibitory: float = 1.5
+    motor_to_inhibitory: Current = 1.5
     """Weight from every motor neuron to every neuron of its own inhibitory population."""
-    inhibitory_to_motor: float = -0.6
+    inhibitory_to_motor: Current = -0.6
     """Weight from every inhibitory neuron to every neuron of the three other motor populations; 0 switches it off."""
     runs_while_driving: bool = True
     """One clock: neural time is physical time. Off, the network stands still while the wheels turn (an ablation)."""
 
 
 @dataclass(frozen=True)
-class PlasticityConfig:
+class PlasticityConfig(Section):
     """STDP, eligibility and dopamine (equations 3 and 4 as Izhikevich 2007 has them)."""
 
-    stdp_potentiation: float = 0.1
+    stdp_potentiation: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.1
     """A+: eligibility added when a postsynaptic spike follows a presynaptic one (Izhikevich 2007)."""
-    stdp_depression: float = 0.12
+    stdp_depression: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.12
     """A-: eligibility taken when a presynaptic spike follows a postsynaptic one; above A+ so that chance pairs
     weaken."""
-    stdp_tau_ms: float = 20.0
+    stdp_tau_ms: Annotated[float, Ge(TINY)] = 20.0
     """Time constant of both STDP traces (Izhikevich 2007)."""
-    eligibility_tau_ms: float = 1000.0
+    eligibility_tau_ms: Annotated[float, Ge(1.0)] = 1000.0  # the longest neural step: a shorter trace bridges nothing
     """tau_c of equation 3: bridges the second between a spike and its reward (Izhikevich 2007)."""
-    dopamine_tau_ms: float = 200.0
+    dopamine_tau_ms: Annotated[float, Ge(TINY)] = 200.0
     """Decay of the extracellular dopamine concentration (Izhikevich 2007)."""
-    dopamine_release: float = 0.5
+    dopamine_release: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.5
     """Concentration that one reward adds to a connection's dopamine, signed per connection (Izhikevich 2007: 0.5
     uM)."""
-    dopamine_delay_s: float = 0.0
+    dopamine_delay_s: Annotated[float, Interval(ge=0.0, le=60.0)] = 0.0
     """Time between a move's end and the dopamine for it (an ablation)."""
     modulation: Modulation = "signed"
     """signed: up for the agreeing connection, down for the opposite one; scalar: one value for all eight."""
-    learning_rate_per_ms: float = 0.05
+    learning_rate_per_ms: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.05
     """Rate of ds/dt = rate c d, applied every step (a gain the public codes of 2007 differ on by ten)."""
 
 
 @dataclass(frozen=True)
-class AutomatonConfig:
+class AutomatonConfig(Section):
     """The learning automaton of every cell, and where the network's signal to it comes from (docs/model.md)."""
 
     scheme: Scheme = "reward-penalty"
     """How a signal changes the action probabilities (Narendra and Thathachar 1989; opposite-pair: the paper's own
     text)."""
-    reward_rate: float = 0.5
+    reward_rate: Fraction = 0.5
     """a: reward p_i += a (1 - p_i)."""
-    penalty_rate: float = 0.2
+    penalty_rate: Fraction = 0.2
     """b: penalty p_i *= 1 - b, the rest shared by the others."""
-    epsilon: float = 0.1
+    epsilon: Fraction = 0.1
     """reward-epsilon-penalty uses epsilon times the penalty rate."""
     local_rule: bool = True
     """Signal from Table 1's F: a move into a better neighbour is good, into a worse one bad."""
-    discount: float = 0.9
+    discount: Fraction = 0.9
     """A cell's state is the best of its neighbours' states times this; the target's is 1."""
     distal_reward: bool = True
     """Signal from dopamine on arrival, to every cell left on the way, weighted by its trace."""
-    trace_tau_moves: float = 1.5
+    trace_tau_moves: Annotated[float, Ge(TINY)] = 1.5
     """Decay of that trace, in moves."""
     credit: Credit = "executed"
     """Which action a signal is for: the one the body reports to have executed, or the one that was decided."""
@@ -156,62 +170,49 @@ class AutomatonConfig:
 
 
 @dataclass(frozen=True)
-class QLearningConfig:
-    """Tabular Q-learning, for comparison (Watkins 1989); the defaults are its best on this task: optimistic and
-    greedy."""
-
-    learning_rate: float = 1.0
-    """alpha; 1 is right where moves are deterministic."""
-    discount: float = 0.9
-    """gamma."""
-    initial_value: float = 1.0
-    """Every Q at the start; 1, the reward of a hit, is optimistic and makes greedy choices explore."""
-    epsilon: float = 0.0
-    """Probability of a random action."""
-
-
-@dataclass(frozen=True)
-class ControllerConfig:
+class ControllerConfig(Section):
     """Decision in, wheel speeds out: hold the heading, drive in reverse where that saves a turn, re-aim."""
 
-    max_speed_m_s: float = 0.8
+    max_speed_m_s: Annotated[float, Interval(ge=0.01, le=0.8)] = 0.8
     """Top speed of a straight drive: 24 rad/s of wheel, where the motors run up to 40 without load."""
-    forward_acceleration_m_s2: float = 2.2
+    forward_acceleration_m_s2: Annotated[float, Interval(ge=0.01, le=2.5)] = 2.2
     """Pushing forwards (speeding up, or braking in reverse) lightens the wheels: the tyres would slip at 2.9."""
-    backward_acceleration_m_s2: float = 2.6
+    backward_acceleration_m_s2: Annotated[float, Interval(ge=0.01, le=3.0)] = 2.6
     """Pushing backwards (braking, or speeding up in reverse) lightens the caster: the robot would tip at 3.2."""
-    max_turn_rate_rad_s: float = 8.0
+    max_turn_rate_rad_s: Annotated[float, Interval(ge=0.1, le=8.0)] = 8.0
     """Top turn rate in place: what half of a quarter turn's acceleration leads to."""
-    max_turn_acceleration_rad_s2: float = 40.0
+    max_turn_acceleration_rad_s2: Annotated[float, Interval(ge=0.1, le=50.0)] = 40.0
     """Turn acceleration in place: uses half of the grip (the centre of mass lies 0.03 m behind the axle)."""
-    position_tolerance_m: float = 0.002
+    position_tolerance_m: Annotated[float, Interval(ge=TINY, le=0.05)] = 0.002
     """A drive ends this close to the cell's centre, along the way."""
-    heading_tolerance_rad: float = 0.02
+    heading_tolerance_rad: Annotated[float, Interval(ge=TINY, le=0.2)] = 0.02
     """A drive ends facing this close to its course (in practice within 0.001: the course is steered all the way)."""
-    reaim_fraction: float = 0.08
+    reaim_fraction: Annotated[float, Interval(ge=0.005, le=0.5)] = 0.08
     """A move that ends further off than this fraction of a cell aims again..."""
-    reaim_limit: int = 3
+    reaim_limit: Annotated[int, Interval(ge=0, le=100)] = 3
     """...at most this many times."""
-    timeout_s: float = 10.0
+    timeout_s: Annotated[float, Interval(ge=0.1, le=600.0)] = 10.0
     """A move that has not ended by then is reported as failed."""
 
 
 @dataclass(frozen=True)
-class RunConfig:
+class RunConfig(Section):
     """One run, whole."""
 
     protocol: StartProtocol = "any-start"
     """Where a hit re-spawns the robot: any other cell, or a neighbour of the target (docs/model.md, protocols)."""
-    epochs: int = 10
+    epochs: Count = 10
     """Epochs to run (paper: 30)."""
-    decisions: int = 1000
+    decisions: Count = 1000
     """Decisions in an epoch (paper: 1000 time steps)."""
-    seed: int = 0
+    seed: Annotated[int, Interval(ge=0, le=MOST_SEED)] = 0
     """Seed of every random stream."""
     brain: str = "scla"
     """scla, automaton, network, random, q-learning, shortest-path, or package.module:Class for your own."""
     telemetry: Telemetry = "light"
     """What recording.rrd keeps: nothing, the thinking windows, or every spike."""
+    brain_settings: Annotated[dict[str, Any], tyro.conf.Suppress] = field(default_factory=dict)
+    """Settings of the brain's own (its `Settings`), by name; on the command line --brain.NAME VALUE."""
     localisation: Localisation = "truth"
     """How the robot knows where it is: the simulator tells it, wheel encoders and gyro do, or these and range rays."""
     grid: Annotated[GridConfig, tyro.conf.arg(name="")] = field(default_factory=GridConfig)
@@ -220,38 +221,24 @@ class RunConfig:
     network: NetworkConfig = field(default_factory=NetworkConfig)
     plasticity: PlasticityConfig = field(default_factory=PlasticityConfig)
     automaton: AutomatonConfig = field(default_factory=AutomatonConfig)
-    q_learning: QLearningConfig = field(default_factory=QLearningConfig)
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
 
-    def build_grid(self, epoch: int = 1) -> Grid:
-        """Return the checked grid, with the target where it is in that epoch."""
-        grid, jump_epoch = self.grid, self.task.jump_epoch
-        target = self.task.jump_target if 0 < jump_epoch <= epoch else grid.target
-        closed = frozenset(Cell(*cell) for cell in grid.closed_cells)
-        return Grid(grid.cells, Cell(*target), grid.cell_size_m, closed)
 
-    def build_clock(self) -> Clock:
-        """Return the checked clock."""
-        return resolve_clock(self.clock)
+def flatten(config: RunConfig) -> dict[str, Any]:
+    """Return every setting by its option's name, as the command line spells it."""
+    flat: dict[str, Any] = {}
+    for section in dataclasses.fields(config):
+        value = getattr(config, section.name)
+        if not dataclasses.is_dataclass(value):
+            flat[option_of(section.name)] = value
+            continue
+        for item in dataclasses.fields(value):
+            flat[option_of(section.name, item.name)] = getattr(value, item.name)
+    return flat
 
-    def check(self) -> None:
-        """Refuse, in one sentence, whatever cannot be run.
 
-        Raises:
-            SclaError: a value is out of its range; the sentence names the option, the value and the range.
-        """
-        check_limits(self)
-        self.build_grid()
-        self.build_clock()
-        self._check_jump()
-
-    def _check_jump(self) -> None:
-        if not self.task.jump_epoch:
-            return
-        if self.task.jump_target == self.grid.target:
-            raise SclaError("--task.jump-target is --target: choose another cell, or leave out --task.jump-epoch")
-        try:
-            self.build_grid(epoch=self.task.jump_epoch)
-        except SclaError as error:
-            raise SclaError(f"--task.jump-target: {error}") from error
+def option_of(*path: str | int) -> str:
+    """Return the option's name of a setting, such as "automaton.reward-rate", from the names that lead to it."""
+    names = [str(part) for part in path if isinstance(part, str)]
+    return ".".join(names[1:] if names[:1] == ["grid"] and len(names) > 1 else names).replace("_", "-")

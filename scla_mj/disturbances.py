@@ -8,9 +8,16 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
+
+from annotated_types import Interval
+
+from scla_mj.validation import Section
 
 DisturbanceSet = Literal["friction", "mass", "wheels", "noise", "pushes", "latency", "tilt", "all"]
+
+FrictionScale = Annotated[float, Interval(ge=0.05, le=5.0)]
+MassScale = Annotated[float, Interval(ge=0.2, le=5.0)]
 
 PUSH_S: Final = 0.1
 """How long a push lasts: a short shove. 8 N/kg over 0.1 s would send a free robot off at 0.8 m/s, its own top speed."""
@@ -20,24 +27,24 @@ a push."""
 
 
 @dataclass(frozen=True)
-class DisturbanceConfig:
+class DisturbanceConfig(Section):
     """What is not as the controller believes; neutral by default. A range is drawn from, uniformly, at each
     re-spawn."""
 
-    friction_scale: tuple[float, float] = (1.0, 1.0)
+    friction_scale: tuple[FrictionScale, FrictionScale] = (1.0, 1.0)
     """Range of the factor on the tyres' grip; 1 1 for none."""
-    mass_scale: tuple[float, float] = (1.0, 1.0)
+    mass_scale: tuple[MassScale, MassScale] = (1.0, 1.0)
     """Range of the factor on the robot's mass and inertia; 1 1 for none."""
-    wheel_mismatch: float = 0.0
+    wheel_mismatch: Annotated[float, Interval(ge=0.0, le=0.2)] = 0.0
     """Each wheel's true radius is off by up to this fraction either way, drawn at each re-spawn."""
-    command_noise: float = 0.0
+    command_noise: Annotated[float, Interval(ge=0.0, le=2.0)] = 0.0
     """Relative standard deviation of each wheel's speed command, drawn anew each control period."""
-    push_n_per_kg: float = 0.0
+    push_n_per_kg: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0  # ten times its weight
     """Strongest push, per kilogram of robot; each is of a random strength up to it, from a random side."""
-    latency_periods: int = 0
+    latency_periods: Annotated[int, Interval(ge=0, le=100)] = 0
     """Control periods by which a command reaches the wheels late."""
-    tilt_deg: float = 0.0
-    """Slope of the floor; its direction is drawn at each re-spawn."""
+    tilt_deg: Annotated[float, Interval(ge=0.0, le=20.0)] = 0.0
+    """Slope of the floor; its direction is drawn at each respawn. Above 20 a robot at rest is close to fallen."""
 
     @property
     def model_changes(self) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 import tyro
 from matplotlib.image import imsave
 
+from scla_mj.checked import check
 from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell
@@ -44,8 +45,8 @@ def take(options: ArenaPicture) -> None:
     if options.output.exists():
         raise SclaError(f"{options.output} exists already: choose another name")
     config = RunConfig(grid=options.grid)
-    config.check()
-    world = World(config.build_grid(), config.build_clock())
+    checked = check(config)
+    world = World(checked.grid(), checked.clock)
     world.spawn(Cell(*options.cell), math.radians(options.heading_deg))
     picture = render(world, names.ANGLED_CAMERA, *options.size)
     imsave(options.output, np.ascontiguousarray(picture))

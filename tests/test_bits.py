@@ -10,7 +10,7 @@ import bits
 import pytest
 
 from scla_mj.config import RunConfig
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.runs.decisions import row
 
 COMMITTED = json.loads(bits.FILE.read_text(encoding="utf-8")).get(bits.where())
@@ -23,17 +23,17 @@ ON_PURPOSE = (
 def rows_of(simulations, decisions):
     """Every simulation's decisions, the simulations stepping in turn."""
     rows = [[] for _ in simulations]
-    for decision in range(1, decisions + 1):
+    for _ in range(decisions):
         for simulation, taken in zip(simulations, rows, strict=True):
-            taken.append(row(simulation.step(epoch=1, decision=decision)))
+            taken.append(row(simulation.step()))
     return rows
 
 
 @pytest.mark.parametrize("brain", ["scla", "q-learning"])
 def test_robots_that_step_in_turn_in_one_process_do_what_each_does_alone(brain):
     configs = [RunConfig(seed=seed, brain=brain) for seed in (0, 1, 0)]
-    beside = rows_of([build_simulation(config) for config in configs], 60)
-    alone = [rows_of([build_simulation(config)], 60)[0] for config in configs]
+    beside = rows_of([simulate(config) for config in configs], 60)
+    alone = [rows_of([simulate(config)], 60)[0] for config in configs]
     assert beside == alone
     assert alone[0] == alone[2] != alone[1]
 

@@ -5,6 +5,7 @@ import math
 
 import pytest
 
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.disturbances import ALL, SETS, DisturbanceConfig, with_sets
 from scla_mj.errors import SclaError
@@ -33,7 +34,7 @@ def test_settings_that_no_set_names_stay_as_they_are():
 
 def test_every_set_is_within_the_limits():
     for name in (*SETS, ALL):
-        dataclasses.replace(RunConfig(), disturbance=with_sets(NEUTRAL, [name])).check()
+        check(RunConfig(disturbance=with_sets(NEUTRAL, [name])))
 
 
 @pytest.mark.parametrize(
@@ -42,7 +43,7 @@ def test_every_set_is_within_the_limits():
 )
 def test_a_range_is_two_finite_numbers_in_order(ends, said):
     with pytest.raises(SclaError, match=said) as caught:
-        dataclasses.replace(RunConfig(), disturbance=DisturbanceConfig(friction_scale=ends)).check()
+        check(RunConfig(disturbance=DisturbanceConfig(friction_scale=ends)))
     assert "--disturbance.friction-scale is" in str(caught.value)
 
 

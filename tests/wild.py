@@ -10,8 +10,8 @@ from typing import Any, Literal
 from hypothesis import strategies as st
 
 from scla_mj.brain.registry import BRAINS
-from scla_mj.config import RunConfig
-from scla_mj.limits import RANGES, flatten
+from scla_mj.config import RunConfig, flatten, option_of
+from scla_mj.validation import bounds
 
 FIXED = {"epochs", "decisions", "telemetry"}
 """What the test sets itself, so that a run that is carried out stays short."""
@@ -21,22 +21,24 @@ LARGE = 1000.0
 """Where a range has no end, most values are drawn below this."""
 
 
-def hints(kind: Any = RunConfig, prefix: str = "") -> dict[str, Any]:
-    """Return every option's type by its name on the command line."""
+def hints(kind: Any = RunConfig, *path: str) -> dict[str, Any]:
+    """Return every option's annotated type by its name on the command line."""
     found: dict[str, Any] = {}
-    for name, hint in typing.get_type_hints(kind).items():
-        if dataclasses.is_dataclass(hint):
-            found |= hints(hint, "" if name == "grid" else f"{name}.")
-        else:
-            found[(prefix + name).replace("_", "-")] = hint
+    for name, hint in typing.get_type_hints(kind, include_extras=True).items():
+        bare = typing.get_args(hint)[0] if typing.get_origin(hint) is typing.Annotated else hint
+        if dataclasses.is_dataclass(bare):
+            found |= hints(bare, name)
+        elif not name.startswith("__") and name != "brain_settings":
+            found[option_of(*path, name)] = hint
     return found
 
 
-def number(option: str, hint: type, default: Any) -> st.SearchStrategy[str]:
+def number(hint: Any, default: Any) -> st.SearchStrategy[str]:
     """Return numbers within the option's range, its ends and what lies just beyond."""
-    low, high = RANGES.get(option, (-LARGE, LARGE))
+    low, high = bounds(hint)
+    low, high = max(low, -LARGE), min(high, 1e30)
     top = min(high, max(low, LARGE))
-    if hint is int:
+    if isinstance(default, int):
         inside = st.integers(math.ceil(low), int(top))
         edges = [low, low - 1, low + 1, top, top + 1, 2**31, 2**63, 10**30]
         return st.one_of(inside, inside, inside, st.sampled_from([int(edge) for edge in edges])).map(str)
@@ -66,10 +68,10 @@ def words(option: str, hint: Any, default: Any) -> st.SearchStrategy[list[str]]:
         return st.lists(st.integers(0, 6).map(str), max_size=9)
     if typing.get_origin(hint) is tuple:
         kind = typing.get_args(hint)[0]
-        if kind is int:
+        if isinstance(default[0], int):
             return st.lists(st.one_of(st.integers(1, 6), st.integers(-1, 120)).map(str), min_size=2, max_size=2)
-        return st.lists(number(option, kind, default[0]), min_size=2, max_size=2)
-    return number(option, hint, default).map(lambda word: [word])
+        return st.lists(number(kind, default[0]), min_size=2, max_size=2)
+    return number(hint, default).map(lambda word: [word])
 
 
 @st.composite

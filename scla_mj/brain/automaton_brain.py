@@ -10,8 +10,7 @@ from scla_mj.randomness import Consumer, generator
 from scla_mj.signals import Decision, Feedback, Percept, Snapshot
 
 if TYPE_CHECKING:
-    from scla_mj.clock import Clock
-    from scla_mj.config import RunConfig
+    from scla_mj.checked import CheckedConfig
 
 
 class AutomatonBrain(Brain):
@@ -21,7 +20,10 @@ class AutomatonBrain(Brain):
     the paper's grid (the paper reports 115).
     """
 
-    def __init__(self, config: RunConfig, clock: Clock) -> None:
+    reads = ("automaton.scheme", "automaton.reward-rate")
+
+    def __init__(self, checked: CheckedConfig) -> None:
+        config = checked.config
         self.automata = LearningAutomata(
             config.grid.cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN)
         )

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
 
 
 class Brain(ABC):
-    """A decision maker. A new one needs `decide` and `learn`; the rest is for brains with neurons, and for resuming."""
+    """A decision maker. A new one needs `decide` and `learn`; the rest is for brains with neurons, and for resuming.
+
+    It is built from the run's `CheckedConfig`, and where the class has `Settings`, from those as a second argument.
+
+    Attributes:
+        Settings: a frozen dataclass of the brain's own settings, with defaults; on the command line
+            `--brain.NAME VALUE`, in Python `RunConfig(brain_settings={...})`. None for a brain without any.
+        reads: the settings of `RunConfig` that it reads, by the beginnings of their options; others of the same
+            sections are refused if they are changed, since they would silently do nothing.
+    """
+
+    Settings: ClassVar[type | None] = None
+    reads: ClassVar[tuple[str, ...]] = ("network.", "plasticity.", "automaton.")
 
     @abstractmethod
     def decide(self, percept: Percept) -> Decision:

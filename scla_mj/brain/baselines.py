@@ -11,15 +11,16 @@ from scla_mj.randomness import Consumer, generator
 from scla_mj.signals import Decision, Feedback, Percept
 
 if TYPE_CHECKING:
-    from scla_mj.clock import Clock
-    from scla_mj.config import RunConfig
+    from scla_mj.checked import CheckedConfig
 
 
 class RandomBrain(Brain):
     """The random walk."""
 
-    def __init__(self, config: RunConfig, clock: Clock) -> None:
-        self._rng = generator(config.seed, Consumer.BRAIN)
+    reads = ()
+
+    def __init__(self, checked: CheckedConfig) -> None:
+        self._rng = generator(checked.config.seed, Consumer.BRAIN)
 
     def decide(self, percept: Percept) -> Decision:
         """Choose each action with probability 1/4."""
@@ -44,10 +45,12 @@ class ShortestPathBrain(Brain):
         SclaError: the target jumps, which this brain cannot know.
     """
 
-    def __init__(self, config: RunConfig, clock: Clock) -> None:
-        if config.task.jump_epoch:
+    reads = ()
+
+    def __init__(self, checked: CheckedConfig) -> None:
+        if checked.config.task.jump_epoch:
             raise SclaError("--brain shortest-path knows one target only: leave out --task.jump-epoch")
-        self._grid = config.build_grid()
+        self._grid = checked.grid()
 
     def decide(self, percept: Percept) -> Decision:
         """Move to the neighbour closest to the target, the first of equals in the order up, down, left, right."""

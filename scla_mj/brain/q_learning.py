@@ -2,28 +2,47 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from annotated_types import Interval
 
 from scla_mj.brain.base import Brain
+from scla_mj.config import Fraction
 from scla_mj.grid import Action, Cell
 from scla_mj.randomness import Consumer, generator
 from scla_mj.signals import Decision, Feedback, Outcome, Percept
+from scla_mj.validation import Section
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from scla_mj.clock import Clock
-    from scla_mj.config import RunConfig
+    from scla_mj.checked import CheckedConfig
 
 
 class QLearningBrain(Brain):
     """Q(s, a) += alpha (r + gamma max Q(s', .) - Q(s, a)), r = 1 for a hit, which ends the episode."""
 
-    def __init__(self, config: RunConfig, clock: Clock) -> None:
-        self._settings = config.q_learning
-        self.values = np.full((*config.grid.cells, len(Action)), config.q_learning.initial_value)
+    reads = ()
+
+    @dataclass(frozen=True)
+    class Settings(Section):
+        """The defaults are the best on this task: optimistic and greedy."""
+
+        learning_rate: Fraction = 1.0
+        """alpha; 1 is right where moves are deterministic."""
+        discount: Fraction = 0.9
+        """gamma."""
+        initial_value: Annotated[float, Interval(ge=-1000.0, le=1000.0)] = 1.0
+        """Every Q at the start; 1, the reward of a hit, is optimistic and makes greedy choices explore."""
+        epsilon: Fraction = 0.0
+        """Probability of a random action."""
+
+    def __init__(self, checked: CheckedConfig, settings: Settings) -> None:
+        config = checked.config
+        self._settings = settings
+        self.values = np.full((*config.grid.cells, len(Action)), settings.initial_value)
         self._rng = generator(config.seed, Consumer.BRAIN)
 
     def decide(self, percept: Percept) -> Decision:

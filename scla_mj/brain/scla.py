@@ -17,14 +17,15 @@ from scla_mj.randomness import Consumer, generator, seed_sequence
 from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snapshot
 
 if TYPE_CHECKING:
-    from scla_mj.clock import Clock
-    from scla_mj.config import Precision, RunConfig
+    from scla_mj.checked import CheckedConfig
+    from scla_mj.config import Precision
 
 
 class SclaBrain(Brain):
     """The paper's algorithm (docs/model.md). One clock: the network runs while the robot thinks and while it drives."""
 
-    def __init__(self, config: RunConfig, clock: Clock) -> None:
+    def __init__(self, checked: CheckedConfig) -> None:
+        config, clock = checked.config, checked.clock
         self._config = config
         self._clock = clock
         self.network = Network(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeVar
 
 import tyro.conf
 
+from scla_mj.checked import check
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -134,7 +135,8 @@ def _read_files(path: Path, config: RunConfig | None, inspection: Inspection, fa
 
 def _settings(config: RunConfig) -> dict[str, Any]:
     """Return the settings that a recording carries too."""
-    grid, task = config.build_grid(), config.task
+    checked, task = check(config), config.task
+    grid = checked.grid()
     return {
         "seed": config.seed,
         "protocol": config.protocol,
@@ -142,7 +144,7 @@ def _settings(config: RunConfig) -> dict[str, Any]:
         "cells": grid.cells,
         "target": tuple(grid.target),
         "cell_size_m": grid.cell_size_m,
-        "thinking_window_s": config.build_clock().thinking_window_s,
+        "thinking_window_s": checked.clock.thinking_window_s,
         "jump": (task.jump_epoch, task.jump_target) if task.jump_epoch else None,
     }
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro.conf
 
+from scla_mj.checked import check
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -84,7 +85,9 @@ class Reproduce:
             epochs=config.epochs if self.epochs is None else min(config.epochs, self.epochs),
             decisions=config.decisions if self.decisions is None else self.decisions,
         )
-        scaled.check()
+        if scaled.task.jump_epoch > scaled.epochs:  # a quick look may end before the target jumps
+            scaled = dataclasses.replace(scaled, task=dataclasses.replace(scaled.task, jump_epoch=scaled.epochs))
+        check(scaled)
         return dataclasses.replace(experiment, config=scaled, seeds=experiment.seeds[: self.seeds])
 
     def _quick(self) -> dict[str, int]:

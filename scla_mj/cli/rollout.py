@@ -11,7 +11,6 @@ import tyro.conf
 from scla_mj.cli.run_command import carry_out
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
 from scla_mj.disturbances import DisturbanceSet
-from scla_mj.errors import SclaError
 
 
 @dataclass(frozen=True)
@@ -31,12 +30,6 @@ class Rollout:
         from scla_mj.engine.rollout import rollout
 
         config = self.config  # `--disturb` has been put into figures already: see cli/options.py
-        config.check()
-        jump_epoch, epochs = config.task.jump_epoch, config.epochs
-        if jump_epoch > epochs:
-            raise SclaError(
-                f"--task.jump-epoch is {jump_epoch}: the run ends after {epochs} epochs; choose one of them"
-            )
         carry_out(
             self.path,
             config,

@@ -8,9 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scla_mj.config import RunConfig
+from scla_mj.config import RunConfig, flatten
 from scla_mj.errors import SclaError
-from scla_mj.limits import flatten
 
 if TYPE_CHECKING:
     from rich.console import Console

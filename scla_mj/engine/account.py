@@ -9,22 +9,22 @@ from scla_mj.runs.history import WeightHistory
 from scla_mj.runs.summary import Summary, Tally
 
 if TYPE_CHECKING:
-    from scla_mj.config import RunConfig
+    from scla_mj.checked import CheckedConfig
     from scla_mj.signals import DecisionRecord
 
 
 class Account:
     """Counts decisions, and time on both clocks; a resumed run's wall time is that of all its parts."""
 
-    def __init__(self, config: RunConfig) -> None:
-        self.tally, self.history = Tally(config), WeightHistory()
-        self._decisions_an_epoch = config.decisions
+    def __init__(self, checked: CheckedConfig) -> None:
+        self.tally, self.history = Tally(checked), WeightHistory()
+        self._decisions_per_epoch = checked.config.decisions
         self._started = time.perf_counter()
         self._simulated_s = 0.0
 
     def wants_activity(self, decision: int) -> bool:
         """Tell whether the next decision, the epoch's `decision`-th, is one whose mean weights are kept."""
-        return self.history.is_due or decision == self._decisions_an_epoch
+        return self.history.is_due or decision == self._decisions_per_epoch
 
     def add(self, record: DecisionRecord, time_s: float) -> None:
         """Count one decision, after which the run's time is `time_s`; an activity that is not wanted is not looked at.

@@ -1,10 +1,13 @@
-"""From a configuration to a robot with a brain on a floor: the one place where the parts are joined."""
+"""From a configuration to a robot with a brain in an arena: the one place where the parts are joined."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Final
 
 from scla_mj.brain.registry import BRAINS, build_brain
+from scla_mj.checked import CheckedConfig, check
+from scla_mj.config import RunConfig
 from scla_mj.engine.checked_brain import CheckedBrain
 from scla_mj.engine.compile_ahead import CompiledAhead
 from scla_mj.loop.action_noise import ActionNoise
@@ -12,56 +15,77 @@ from scla_mj.loop.drive import Driver
 from scla_mj.loop.localiser import Localiser
 from scla_mj.loop.periods import run_periods
 from scla_mj.loop.simulation import Simulation
+from scla_mj.loop.task import Task
 from scla_mj.randomness import Consumer, generator
 from scla_mj.world.disturbance import Disturbance
 from scla_mj.world.world import World
 
-if TYPE_CHECKING:
-    from scla_mj.config import RunConfig
+_OF_THE_TASK: Final = (
+    Consumer.SPAWN,
+    Consumer.ACTION_NOISE,
+    Consumer.MODEL_DISTURBANCE,
+    Consumer.DRIVE_DISTURBANCE,
+    Consumer.SENSOR_NOISE,
+)
 
 
-def build_simulation(config: RunConfig) -> Simulation:
-    """Return a robot with a brain, standing in its first start cell.
+def simulate(config: RunConfig | CheckedConfig) -> Simulation:
+    """Return a robot with its brain, standing in its first start cell: each `step()` makes one decision.
 
     Raises:
         SclaError: the configuration cannot be run.
     """
-    config.check()
-    grid, clock = config.build_grid(), config.build_clock()
+    checked = check(config)
+    name = checked.config.brain
     # Of the brains only these have a network to compile in the meantime; the plain drive is what is compiled ahead.
-    ahead = CompiledAhead(run_periods) if config.brain in ("scla", "network") else None
+    ahead = CompiledAhead(run_periods) if name in ("scla", "network") else None
+    task = build_task(checked, before_first_drive=None if ahead is None else ahead.join)
+    brain = build_brain(checked)
+    if name not in BRAINS:
+        brain = CheckedBrain(brain, name, cells=checked.config.grid.cells)
+    return Simulation(checked, task, brain)
+
+
+def build_task(config: RunConfig | CheckedConfig, *, before_first_drive: Callable[[], None] | None = None) -> Task:
+    """Return the robot in its arena, without a brain: `act(action)` drives it.
+
+    Raises:
+        SclaError: the configuration cannot be run.
+    """
+    checked = check(config)
+    settings, grid, clock = checked.config, checked.grid(), checked.clock
+    streams = {consumer: generator(settings.seed, consumer) for consumer in _OF_THE_TASK}
     world = World(grid, clock)
-    brain = build_brain(config, clock)
     disturbance = Disturbance(
         world,
-        config.disturbance,
+        settings.disturbance,
         control_period_s=clock.control_period_s,
-        model_rng=generator(config.seed, Consumer.MODEL_DISTURBANCE),
-        drive_rng=generator(config.seed, Consumer.DRIVE_DISTURBANCE),
+        model_rng=streams[Consumer.MODEL_DISTURBANCE],
+        drive_rng=streams[Consumer.DRIVE_DISTURBANCE],
     )
     localiser = Localiser(
-        config.localisation,
+        settings.localisation,
         world,
         control_period_s=clock.control_period_s,
-        rng=generator(config.seed, Consumer.SENSOR_NOISE),
+        rng=streams[Consumer.SENSOR_NOISE],
     )
-    return Simulation(
+    driver = Driver(
+        world,
+        clock,
+        settings.controller,
+        disturbance=disturbance.interference,
+        odometer=localiser.odometer,
+        look=localiser.look,
+        before_first_drive=before_first_drive,
+    )
+    return Task(
         grid=grid,
-        clock=clock,
-        protocol=config.protocol,
+        protocol=settings.protocol,
+        decision_window=clock.thinking_controls,
         world=world,
-        brain=brain if config.brain in BRAINS else CheckedBrain(brain, config.brain, cells=grid.cells),
-        driver=Driver(
-            world,
-            clock,
-            config.controller,
-            disturbance=disturbance.interference,
-            odometer=localiser.odometer,
-            look=localiser.look,
-            before_first_drive=None if ahead is None else ahead.join,
-        ),
-        noise=ActionNoise(config.task.action_noise, rng=generator(config.seed, Consumer.ACTION_NOISE)),
+        driver=driver,
+        noise=ActionNoise(settings.task.action_noise, rng=streams[Consumer.ACTION_NOISE]),
         disturbance=disturbance,
         localiser=localiser,
-        spawn=generator(config.seed, Consumer.SPAWN),
+        streams=streams,
     )

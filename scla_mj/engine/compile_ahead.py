@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from scla_mj.brain.network.network import Network
+from scla_mj.checked import check
 from scla_mj.collector import collect_rarely
 from scla_mj.config import RunConfig
 from scla_mj.loop.drive import Driver
@@ -71,9 +72,9 @@ def _is_cached(compiled: Any) -> bool:
 
 def compile_here() -> None:
     """Have all this compiled, or taken from the cache, by driving a robot nowhere and reading a network's weights."""
-    config = RunConfig()
-    clock = config.build_clock()
-    Driver(World(config.build_grid(), clock), clock, config.controller).hold(1)
+    checked = check(RunConfig())
+    config, clock = checked.config, checked.clock
+    Driver(World(checked.grid(), clock), clock, config.controller).hold(1)
     network = Network(
         config.network,
         config.plasticity,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from scla_mj import paths
 from scla_mj.brain.registry import BRAINS
 from scla_mj.config import CHECKPOINT_PERIOD_S
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.engine.lock import running
 from scla_mj.engine.session import Session, Watch
 from scla_mj.errors import SclaError
@@ -30,7 +30,7 @@ _RESULTS: Final = (paths.SUMMARY_JSON, paths.BRAIN_NPZ, paths.EPOCHS_PNG, paths.
 
 
 def resume(
-    path: Path,
+    path: Path | str,
     *,
     brain: str | None = None,
     watch: Watch | None = None,
@@ -49,13 +49,13 @@ def resume(
         SclaError: there is no run, `brain` is not its brain or is wanted, it is complete or running, its files are
             damaged, its brain has no state, or other versions of the packages are installed than it began with.
     """
-    run = folder.open_run(path)
+    run = folder.open_run(Path(path))
     _refuse_unnamed_brain(run, brain)
     with running(run.path):
         _refuse_broken(run)
         _refuse_complete(run)
         _refuse_other_versions(run)
-        session = Session(run, build_simulation(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
+        session = Session(run, simulate(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
         if not session.can_save():
             raise SclaError(
                 f"--brain {run.config.brain} cannot be resumed: give its class state() and restore() "

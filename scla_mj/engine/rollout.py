@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scla_mj.checked import CheckedConfig
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.engine.lock import running
 from scla_mj.engine.session import Session, Watch
 from scla_mj.runs import folder
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def rollout(
-    config: RunConfig,
-    path: Path,
+    config: RunConfig | CheckedConfig,
+    path: Path | str,
     *,
     watch: Watch | None = None,
     pictures: bool = True,
@@ -32,8 +33,8 @@ def rollout(
     Raises:
         SclaError: the configuration cannot be run, or the folder holds a run already or cannot be written.
     """
-    simulation = build_simulation(config)
-    run = folder.create(path, config)
+    simulation = simulate(config)
+    run = folder.create(Path(path), simulation.config.config)
     session = None
     try:
         with running(run.path):

@@ -16,7 +16,7 @@ from scla_mj.runs.brain import write_brain
 from scla_mj.runs.checkpoint import remove_checkpoint, write_checkpoint
 from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.seal import write_seal
-from scla_mj.runs.summary import Summary, Tally, epoch_ceiling_hits_per_1000, write_summary
+from scla_mj.runs.summary import Summary, Tally, write_summary
 
 if TYPE_CHECKING:
     from scla_mj.loop.simulation import Simulation
@@ -44,10 +44,11 @@ class Session:
     """
 
     def __init__(self, run: Run, simulation: Simulation, *, pictures: bool, checkpoint_period_s: float) -> None:
-        self._run, self._config, self._simulation = run, run.config, simulation
+        self._run, self._simulation = run, simulation
+        self._checked, self._config = simulation.config, simulation.config.config
         self._pictures = pictures
         self._period_s = checkpoint_period_s
-        self._account = Account(run.config)
+        self._account = Account(simulation.config)
         self._recorder: RerunRecorder | None = None
         self._recorded: dict[str, Any] | None = None
         self._whole = False
@@ -64,8 +65,6 @@ class Session:
     def restore(self, state: dict[str, Any]) -> None:
         """Go on from what `_save` wrote."""
         self._account.restore(state["account"])
-        if self._jumped(self._epoch(self.decisions - 1)):
-            self._simulation.move_target(self._config.build_grid(self._config.task.jump_epoch))
         self._simulation.restore(state["simulation"])
         self._recorded = state["recorder"]
 
@@ -91,9 +90,9 @@ class Session:
     def _make_decisions(self, log: DecisionLog, watch: Watch | None, between: Callable[[], None]) -> None:
         saved_s = time.monotonic()
         try:
-            for number in range(self.decisions, self._config.epochs * self._config.decisions):
+            for _ in range(self.decisions, self._config.epochs * self._config.decisions):
                 self._whole = False
-                record = self._decide(number, log)
+                record = self._decide(log)
                 self._whole = True
                 if watch is not None:
                     watch(record, self._account.tally)
@@ -107,25 +106,21 @@ class Session:
                     self._save(log)
             raise
 
-    def _decide(self, number: int, log: DecisionLog) -> DecisionRecord:
-        """Make the run's decision of that number, counted from 0, and write it down everywhere."""
-        config, simulation = self._config, self._simulation
-        epoch, decision = self._epoch(number), number % config.decisions + 1
-        jumps = decision == 1 and epoch == config.task.jump_epoch
-        if jumps:
-            simulation.move_target(config.build_grid(epoch))
-        observe = self._recorder is not None or self._account.wants_activity(decision)
-        record = simulation.step(epoch=epoch, decision=decision, observe=observe)
+    def _decide(self, log: DecisionLog) -> DecisionRecord:
+        """Make the run's next decision, and write it down everywhere."""
+        simulation, next_decision = self._simulation, self.decisions % self._config.decisions + 1
+        observe = self._recorder is not None or self._account.wants_activity(next_decision)
+        record = simulation.step(observe=observe)
         memory = None if self._recorder is None else self._memory(record)
         log.write(record)
         self._account.add(record, simulation.time_s)
         if self._recorder is not None:
-            if jumps:
-                ceiling = epoch_ceiling_hits_per_1000(config, epoch)
-                self._recorder.move_target(config.build_grid(epoch), ceiling_hits_per_1000=ceiling)
+            if record.decision == 1 and record.epoch == self._config.task.jump_epoch:
+                ceiling = self._checked.ceiling_hits_per_1000(record.epoch)
+                self._recorder.move_target(self._checked.grid(record.epoch), ceiling_hits_per_1000=ceiling)
             self._recorder.write(record, memory)
-            if decision == config.decisions:
-                count = self._account.tally.epoch(epoch)
+            if record.decision == self._config.decisions:
+                count = self._account.tally.epoch(record.epoch)
                 self._recorder.end_epoch(hits=count.hits, decisions=count.decisions)
         return record
 
@@ -149,12 +144,6 @@ class Session:
             recorded = self._recorder.state()
         parts = {"account": self._account.state(), "simulation": simulation, "recorder": recorded}
         write_checkpoint(self._run.path, {"config": self._run.content, "decisions": self.decisions, **parts})
-
-    def _epoch(self, number: int) -> int:
-        return number // self._config.decisions + 1
-
-    def _jumped(self, epoch: int) -> bool:
-        return 0 < self._config.task.jump_epoch <= epoch
 
     @contextlib.contextmanager
     def _recording(self) -> Iterator[None]:
@@ -185,12 +174,12 @@ class Session:
         recorder = RerunRecorder(
             self._run.file(paths.recording_part(max(numbers, default=0) + 1)),
             mode=config.telemetry,
-            grid=config.build_grid(),
-            clock=config.build_clock(),
+            grid=self._checked.grid(),
+            clock=self._checked.clock,
             model=self._simulation.world.model,
             run_id=self._run.run_id,
             protocol=config.protocol,
-            ceiling_hits_per_1000=epoch_ceiling_hits_per_1000(config, 1),
+            ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),
             weight_max=config.network.weight_max,
             first_decision=self.decisions + 1,
             metadata={"seed": config.seed},
@@ -217,9 +206,9 @@ class Session:
     def _draw(self, summary: Summary, memory: Snapshot) -> None:
         from scla_mj.runs import plots  # matplotlib is slow to import
 
-        config, path = self._config, self._run.path
-        first, last = config.build_grid(), config.build_grid(summary.epochs[-1].epoch)
-        floor = hits_per_1000(first, config.protocol, uniform_policy(first))
+        path = self._run.path
+        first, last = self._checked.grid(), self._checked.grid(summary.epochs[-1].epoch)
+        floor = hits_per_1000(first, self._config.protocol, uniform_policy(first))
         plots.plot_epochs(path, summary, floor_hits_per_1000=floor)
         curve = self._account.history.curve()
         if len(curve.decision):

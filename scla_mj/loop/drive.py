@@ -122,6 +122,10 @@ class Driver:
         after, outcome, off_m, off_rad = self._judge(start_cell, beyond, status, pose)
         return Move(outcome, before, after, duration_s, off_m, off_rad, False, trajectory)
 
+    def restart(self) -> None:
+        """Start again at time 0."""
+        self.periods, self.careful, self._filled = 0, False, 0
+
     def state(self) -> dict[str, Any]:
         """Return the run's time, and the rows that no move has taken yet."""
         return {"periods": self.periods, "careful": self.careful, "rows": self._rows[: self._filled].copy()}

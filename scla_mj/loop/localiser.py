@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scla_mj.sense.odometry import make_odometer, place
+from scla_mj.sense.odometry import draw_gyro_bias_rad_s, make_odometer, place
 from scla_mj.sense.ranging import MAX_RANGE_M, RANGE_NOISE_M, RAYS, located_pose, make_map, ray_angles
 from scla_mj.signals import Localised
 from scla_mj.world.rangefinder import ranges_m
@@ -39,6 +39,11 @@ class Localiser:
             return float(self.odometer.estimate[0]), float(self.odometer.estimate[1])
         pose = self._world.pose()
         return pose.x_m, pose.y_m
+
+    def power_on(self) -> None:
+        """Switch the sensors on anew: the gyro's bias is drawn then."""
+        if self.odometer is not None:
+            self.odometer.gyro_bias_rad_s[:] = draw_gyro_bias_rad_s(self._rng)
 
     def told(self) -> None:
         """Let the robot know its pose: whoever puts it down somewhere says where."""

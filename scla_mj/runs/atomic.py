@@ -8,7 +8,7 @@ import json
 import math
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -99,6 +99,16 @@ def read_json(path: Path, *, older: bool = True) -> dict[str, Any]:
     if content.pop(DIGEST, None) != _digest(content):
         raise SclaError(f"{path} is damaged: it does not fit its own digest; fetch a sound copy")
     return content
+
+
+def spelling(path: Path) -> Callable[[tuple[str | int, ...]], str]:
+    """Return how a sentence names a value in a JSON file, such as `config.json: grid.target[0]`."""
+
+    def spell(keys: tuple[str | int, ...]) -> str:
+        names = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
+        return f"{path}: {names.removeprefix('.')}" if keys else str(path)
+
+    return spell
 
 
 def _digest(content: dict[str, Any]) -> str:

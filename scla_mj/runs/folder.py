@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from scla_mj import __version__, paths
+from scla_mj.checked import check
 from scla_mj.checked_path import checked_path
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
-from scla_mj.runs.atomic import cannot_write, read_json, write_json
-from scla_mj.runs.settings import settings_from_json
+from scla_mj.runs.atomic import cannot_write, read_json, spelling, write_json
+from scla_mj.validation import validated
 
 RUN_FILES: Final = (
     paths.CONFIG_JSON,
@@ -137,12 +138,11 @@ def load_config(path: Path) -> RunConfig:
     """
     content = read_json(path)
     settings: dict[str, Any] = {key: value for key, value in content.items() if key not in _OF_THE_RUN}
-    config = settings_from_json(RunConfig, settings, str(path))
+    config = validated(RunConfig, settings, spell=spelling(path), complete=True)
     try:
-        config.check()
+        return check(config).config
     except SclaError as error:
         raise SclaError(f"{path}: {error}") from error
-    return config
 
 
 def _claim(path: Path) -> None:

@@ -10,17 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.config import RunConfig
+from scla_mj.checked import CheckedConfig
 from scla_mj.grid import StartProtocol
-from scla_mj.markov import ceiling_hits_per_1000
 from scla_mj.paths import SUMMARY_JSON
-from scla_mj.runs.atomic import read_json, write_json
-from scla_mj.runs.settings import settings_from_json
+from scla_mj.runs.atomic import read_json, spelling, write_json
 from scla_mj.signals import DecisionRecord, Localised, Outcome
+from scla_mj.validation import Section, validated
 
 
 @dataclass(frozen=True)
-class EpochSummary:
+class EpochSummary(Section):
     """What one epoch earned, beside the ceiling of that epoch's floor.
 
     `moves_per_hit` is None where nothing was hit; `mean_weights`, one a projection at the epoch's end (where it was cut
@@ -38,7 +37,7 @@ class EpochSummary:
 
 
 @dataclass(frozen=True)
-class Transitions:
+class Transitions(Section):
     """How the commanded moves ended: `commanded` is the sum of the other three."""
 
     commanded: int = 0
@@ -48,7 +47,7 @@ class Transitions:
 
 
 @dataclass(frozen=True)
-class LocalisationSummary:
+class LocalisationSummary(Section):
     """How far from the truth the robot believed to be when it decided, and how often it took its cell for another."""
 
     max_error_m: float
@@ -57,11 +56,11 @@ class LocalisationSummary:
 
 
 @dataclass(frozen=True)
-class Summary:
+class Summary(Section):
     """The whole of `summary.json`.
 
-    `max_position_error_m` is the largest of the moves that ended on the wheels, failed ones among them (None only in
-    older files); `localisation` is None where the simulator tells the robot its place.
+    `max_position_error_m` is the largest of the moves that ended on the wheels, failed ones among them; `localisation`
+    is None where the simulator tells the robot its place.
     """
 
     protocol: StartProtocol
@@ -71,7 +70,7 @@ class Summary:
     ceiling_hits_per_1000: float
     epochs: tuple[EpochSummary, ...]
     transitions: Transitions
-    max_position_error_m: float | None
+    max_position_error_m: float
     simulated_s: float
     wall_s: float
     localisation: LocalisationSummary | None = None
@@ -132,8 +131,8 @@ class _Beliefs:
 class Tally:
     """Counts a run's decisions; `summary()` may be asked for at any time."""
 
-    def __init__(self, config: RunConfig) -> None:
-        self._config = config
+    def __init__(self, checked: CheckedConfig) -> None:
+        self._checked = checked
         self._counts: dict[int, _Count] = {}
         self._outcomes = dict.fromkeys(Outcome, 0)
         self._max_error_m = 0.0
@@ -142,7 +141,7 @@ class Tally:
     def add(self, record: DecisionRecord) -> None:
         """Count one decision."""
         if record.epoch not in self._counts:
-            self._counts[record.epoch] = _Count(epoch_ceiling_hits_per_1000(self._config, record.epoch))
+            self._counts[record.epoch] = _Count(self._checked.ceiling_hits_per_1000(record.epoch))
         count = self._counts[record.epoch]
         count.decisions += 1
         count.hits += bool(record.hit)
@@ -180,7 +179,7 @@ class Tally:
         self._counts = {}
         for epoch, count in state["counts"].items():
             means = count["mean_weights"]
-            ceiling = epoch_ceiling_hits_per_1000(self._config, int(epoch))
+            ceiling = self._checked.ceiling_hits_per_1000(int(epoch))
             self._counts[int(epoch)] = _Count(
                 ceiling, count["decisions"], count["hits"], None if means is None else np.array(means)
             )
@@ -190,13 +189,13 @@ class Tally:
 
     def summary(self, *, simulated_s: float, wall_s: float) -> Summary:
         """Return the figures so far, with the times that the caller's clocks show."""
-        config, outcomes = self._config, self._outcomes
+        config, outcomes = self._checked.config, self._outcomes
         return Summary(
             protocol=config.protocol,
             seed=config.seed,
             cells=config.grid.cells,
             target=config.grid.target,
-            ceiling_hits_per_1000=epoch_ceiling_hits_per_1000(config, 1),
+            ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),
             epochs=tuple(self.epoch(epoch) for epoch in sorted(self._counts)),
             transitions=Transitions(
                 commanded=sum(outcomes.values()),
@@ -215,11 +214,6 @@ def _listed(means: NDArray[np.float64] | None) -> list[float] | None:
     return None if means is None else means.tolist()
 
 
-def epoch_ceiling_hits_per_1000(config: RunConfig, epoch: int) -> float:
-    """Return the ceiling of that epoch's floor: the target may jump, and moves may go astray."""
-    return ceiling_hits_per_1000(config.build_grid(epoch), config.protocol, action_noise=config.task.action_noise)
-
-
 def write_summary(folder: Path, summary: Summary) -> None:
     """Write `summary.json`, whole or not at all.
 
@@ -236,4 +230,4 @@ def read_summary(folder: Path) -> Summary:
         SclaError: the file is missing or damaged; the sentence names the key.
     """
     path = Path(folder) / SUMMARY_JSON
-    return settings_from_json(Summary, read_json(path), str(path))
+    return validated(Summary, read_json(path), spell=spelling(path), complete=True)

@@ -49,10 +49,15 @@ def make_odometer(*, wheel_radius_m: float, period_s: float, rng: np.random.Gene
         counts_per_rad=counts_per_rad,
         period_s=period_s,
         gyro_noise_rad=math.radians(GYRO_NOISE_DEG_SQRT_S) * math.sqrt(period_s),
-        gyro_bias_rad_s=np.array([rng.normal(0.0, math.radians(GYRO_BIAS_DEG_S))]),
+        gyro_bias_rad_s=np.array([draw_gyro_bias_rad_s(rng)]),
         estimate=np.zeros(5),
         counts=np.zeros(2),
     )
+
+
+def draw_gyro_bias_rad_s(rng: np.random.Generator) -> float:
+    """Draw the bias that a gyro has from its power-on."""
+    return float(rng.normal(0.0, math.radians(GYRO_BIAS_DEG_S)))
 
 
 def place(odometer: Odometer, x_m: float, y_m: float, heading_rad: float, wheels_rad: NDArray[np.float64]) -> None:

@@ -12,9 +12,10 @@ import pytest
 from benchmarks import growth, kernel_parts, processes, replay, rollouts, suites, table, timing, workload
 from scla_mj.brain.network.memory import copy_of
 from scla_mj.brain.network.state import state_of
+from scla_mj.checked import check
 from scla_mj.cli.main import main
 from scla_mj.config import NetworkConfig, PlasticityConfig, RunConfig
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.errors import SclaError
 from scla_mj.loop.drive import Driver
 
@@ -29,10 +30,10 @@ def exhaust(replay):
 @pytest.fixture(scope="module")
 def recorded():
     """A rollout's tape, and where the rollout ended."""
-    run = build_simulation(CONFIG)
+    run = simulate(CONFIG)
     spikes = 0
-    for decision in range(1, CONFIG.decisions + 1):
-        done = run.step(epoch=1, decision=decision)
+    for _ in range(CONFIG.decisions):
+        done = run.step()
         spikes += len(done.activity.spike_step)
     return replay.record(CONFIG), run, done.move.trajectory[-1, 1:10], spikes
 
@@ -49,8 +50,8 @@ def test_the_replayed_network_ends_where_the_rollouts_ended(recorded):
 
 def test_the_replayed_physics_and_moves_end_where_the_rollouts_ended(recorded):
     played, _, ended, _ = recorded
-    clock = CONFIG.build_clock()
-    bare, moved = build_simulation(CONFIG).world, build_simulation(CONFIG).world
+    clock = check(CONFIG).clock
+    bare, moved = simulate(CONFIG).world, simulate(CONFIG).world
     exhaust(replay.replay_physics(bare, played, clock.physics_steps_per_control))
     np.testing.assert_array_equal(bare.data.qpos, ended)
     exhaust(replay.replay_moves(moved, Driver(moved, clock, CONFIG.controller), played, clock.thinking_controls))

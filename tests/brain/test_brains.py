@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from scla_mj.brain.registry import build_brain
-from scla_mj.config import GridConfig, QLearningConfig, RunConfig
+from scla_mj.checked import check
+from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell
 from scla_mj.markov import hits_per_1000
@@ -19,7 +20,7 @@ OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
 
 def build(name, **settings):
     config = RunConfig(brain=name, **settings)
-    return build_brain(config, config.build_clock()), config.build_grid()
+    return build_brain(check(config)), check(config).grid()
 
 
 def live(brain, grid, decisions, seed=0):
@@ -77,7 +78,7 @@ def test_optimistic_q_learning_finds_every_shortest_path():
 
 
 def test_one_backup_of_q_learning_is_the_textbooks():
-    brain, _ = build("q-learning", q_learning=QLearningConfig(learning_rate=0.5, discount=0.8, initial_value=0.25))
+    brain, _ = build("q-learning", brain_settings={"learning_rate": 0.5, "discount": 0.8, "initial_value": 0.25})
     move = Feedback(Percept(Cell(1, 1), None), Action.UP, Action.UP, Outcome.MOVED, Percept(Cell(1, 2), None), False)
     brain.learn(move)
     assert brain.values[0, 0, Action.UP] == pytest.approx(0.25 + 0.5 * (0.8 * 0.25 - 0.25))

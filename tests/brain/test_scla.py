@@ -7,6 +7,7 @@ import pytest
 
 from scla_mj.anatomy import NEURON_COUNT, POPULATIONS, PROJECTION_NAMES, PROJECTIONS
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.checked import check
 from scla_mj.config import AutomatonConfig, GridConfig, RunConfig
 from scla_mj.grid import Action, Cell
 from scla_mj.signals import Feedback, Outcome, Percept
@@ -16,7 +17,7 @@ MOVE_S = 0.8
 
 def build(config=None):
     config = config or RunConfig()
-    return SclaBrain(config, config.build_clock())
+    return SclaBrain(check(config))
 
 
 def feedback(cell, sensed, action, after, *, outcome=Outcome.MOVED, hit=False):
@@ -97,7 +98,7 @@ def test_the_network_follows_the_advice_of_the_automaton():
 
 def test_the_network_learns_to_move_where_the_target_is_sensed():
     config = RunConfig(protocol="sensed-start")
-    brain, grid = build(config), config.build_grid()
+    brain, grid = build(config), check(config).grid()
     live(brain, grid, "sensed-start", 300, np.random.default_rng(5))
     assert live(brain, grid, "sensed-start", 100, np.random.default_rng(6)) >= 99
     means = dict(zip(PROJECTIONS, brain.network.mean_weights(), strict=True))
@@ -110,7 +111,7 @@ def test_the_network_learns_to_move_where_the_target_is_sensed():
 def test_either_source_of_the_signal_alone_goes_far_beyond_the_random_walk(source):
     settings = {"local_rule": False, "distal_reward": False, source: True}
     config = RunConfig(automaton=AutomatonConfig(**settings))
-    brain, grid = build(config), config.build_grid()
+    brain, grid = build(config), check(config).grid()
     live(brain, grid, "any-start", 700, np.random.default_rng(7))
     # 115.38 of 1000 is what a brain earns that is perfect beside the target and random elsewhere; 400 the ceiling.
     # A shortest path takes 2.5 moves with a deviation of 0.96, so 300 decisions at the ceiling give 120 +- 4.2 hits.
@@ -121,7 +122,7 @@ def test_the_same_seed_gives_the_same_brain_and_another_seed_another_one():
     def lived(seed):
         config = RunConfig(seed=seed, grid=GridConfig((4, 3), (2, 2)))
         brain = build(config)
-        live(brain, config.build_grid(), "any-start", 30, np.random.default_rng(1))
+        live(brain, check(config).grid(), "any-start", 30, np.random.default_rng(1))
         return brain.snapshot()
 
     first, second, other = lived(1), lived(1), lived(2)
@@ -154,7 +155,7 @@ def test_a_snapshot_is_a_copy():
 def test_a_neural_step_of_half_a_millisecond_learns_too():
     config = RunConfig(protocol="sensed-start")
     config = dataclasses.replace(config, clock=dataclasses.replace(config.clock, base_step_ms=0.5, neural_step_ms=0.5))
-    brain, grid = build(config), config.build_grid()
+    brain, grid = build(config), check(config).grid()
     live(brain, grid, "sensed-start", 150, np.random.default_rng(5))
     assert live(brain, grid, "sensed-start", 50, np.random.default_rng(6)) >= 48
 

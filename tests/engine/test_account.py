@@ -1,17 +1,18 @@
 """What a run has earned does not depend on who looks at it."""
 
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.engine.account import Account
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 
 
 def test_an_epochs_mean_weights_are_those_at_its_end_and_nobody_elses_look_changes_them():
-    config = RunConfig(epochs=2, decisions=11)
-    simulation, asked, shown = build_simulation(config), Account(config), Account(config)
+    config = check(RunConfig(epochs=2, decisions=11))
+    simulation, asked, shown = simulate(config), Account(config), Account(config)
     numbers = [(epoch, decision) for epoch in (1, 2) for decision in range(1, 12)][:18]
     means = {}
     for epoch, decision in numbers:
-        record = simulation.step(epoch=epoch, decision=decision)
+        record = simulation.step()
         means[epoch, decision] = tuple(record.activity.mean_weights.tolist())
         wanted = asked.wants_activity(decision)
         asked.add(record if wanted else record._replace(activity=None), simulation.time_s)

@@ -8,6 +8,7 @@ import pytest
 from scla_mj.anatomy import NEURON_COUNT
 from scla_mj.brain.base import Brain
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.checked import check
 from scla_mj.cli.main import main
 from scla_mj.config import RunConfig
 from scla_mj.engine.checked_brain import CheckedBrain
@@ -118,7 +119,7 @@ def test_right_answers_pass_and_spike_counts_become_plain_numbers():
 
 def test_our_own_brain_passes_every_check():
     config = dataclasses.replace(RunConfig(), brain="scla_mj.brain.scla:SclaBrain")
-    plain, brain = (SclaBrain(config, config.build_clock()) for _ in range(2))
+    plain, brain = (SclaBrain(check(config)) for _ in range(2))
     brain = CheckedBrain(brain, config.brain, cells=config.grid.cells)
     for _ in range(3):
         assert brain.decide(HERE) == plain.decide(HERE)

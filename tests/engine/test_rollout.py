@@ -7,6 +7,7 @@ import pytest
 
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.checked import check
 from scla_mj.config import GridConfig, RunConfig, TaskConfig
 from scla_mj.engine.rollout import rollout
 from scla_mj.grid import Action, Cell
@@ -62,7 +63,7 @@ def test_another_seed_gives_another_run(tmp_path):
 def test_every_row_fits_the_grid_and_the_row_before(tmp_path):
     config = dataclasses.replace(QUICK, decisions=150, grid=GridConfig((4, 3), (2, 2)))
     run(config, tmp_path / "run")
-    grid, before = config.build_grid(), None
+    grid, before = check(config).grid(), None
     for row in read_decisions(tmp_path / "run").to_pylist():
         cell, after = Cell(row["x"], row["y"]), Cell(row["to_x"], row["to_y"])
         action = Action[row["action"].upper()]
@@ -98,7 +99,7 @@ def test_direction_noise_sends_the_body_elsewhere_as_often_as_it_says(tmp_path):
     astray = [row for row in rows if row["executed"] != row["action"]]
     margin = 5 * np.sqrt(decisions * probability * (1 - probability))
     assert abs(len(astray) - probability * decisions) < margin
-    grid = config.build_grid()
+    grid = check(config).grid()
     for row in rows:
         after = grid.after(Cell(row["x"], row["y"]), Action[row["executed"].upper()])
         assert (row["to_x"], row["to_y"]) == after
@@ -110,7 +111,7 @@ def test_closed_cells_block_the_robot_and_are_never_entered(tmp_path):
     run(config, tmp_path / "run")
     rows = read_decisions(tmp_path / "run").to_pylist()
     assert not {(row["to_x"], row["to_y"]) for row in rows} & set(closed)
-    grid = config.build_grid()
+    grid = check(config).grid()
     into = [r for r in rows if (Cell(r["x"], r["y"]).after(Action[r["action"].upper()])) in grid.closed]
     assert into
     assert {row["outcome"] for row in into} == {"blocked"}
@@ -137,7 +138,7 @@ def test_a_run_cut_before_its_target_jumps_draws_the_target_where_it_was(tmp_pat
     with pytest.raises(KeyboardInterrupt):
         rollout(config, tmp_path / "cut", watch=stop)
     probabilities, summary = read_brain(tmp_path / "cut").probabilities, read_summary(tmp_path / "cut")
-    plot_policy(tmp_path, config.build_grid(1), probabilities, summary)
+    plot_policy(tmp_path, check(config).grid(1), probabilities, summary)
     assert (tmp_path / "cut" / "policy.png").read_bytes() == (tmp_path / "policy.png").read_bytes()
 
 

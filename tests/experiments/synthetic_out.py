@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue.experiment import Experiment
@@ -50,7 +51,7 @@ def write_runs(out: Path, experiment: Experiment, skill: Skill, *, decisions: in
 def records(config: RunConfig, skill: Skill) -> Iterator[DecisionRecord]:
     rng = np.random.default_rng(config.seed + sum(map(ord, config.brain)))
     for epoch in range(1, config.epochs + 1):
-        grid = config.build_grid(epoch)
+        grid = check(config).grid(epoch)
         ceiling = ceiling_hits_per_1000(grid, config.protocol, action_noise=config.task.action_noise)
         floor = hits_per_1000(grid, config.protocol, uniform_policy(grid))
         chance = (floor + (ceiling - floor) * skill(epoch)) / 1000.0
@@ -74,7 +75,7 @@ def snapshot(config: RunConfig, skill: Skill) -> Snapshot:
     """Automata as sure of their way as the last epoch's skill."""
     if config.brain not in ("scla", "automaton"):
         return Snapshot()
-    grid, sure = config.build_grid(config.epochs), skill(config.epochs)
+    grid, sure = check(config).grid(config.epochs), skill(config.epochs)
     probabilities = uniform_policy(grid) * (1.0 - sure)
     for cell in grid.open_cells():
         good = [action for action, beyond in grid.neighbours(cell) if grid.distances[beyond] < grid.distances[cell]]

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from scla_mj.checked import check
 from scla_mj.cli.main import main
 from scla_mj.engine.lock import exclusive
 from scla_mj.engine.rollout import rollout
@@ -202,7 +203,7 @@ def test_every_experiment_of_the_catalogue_can_run_and_names_what_there_is():
     names = [experiment.name for experiment in CATALOGUE]
     assert len(set(names)) == len(names)
     for experiment in CATALOGUE:
-        experiment.config.check()
+        check(experiment.config)
         assert experiment.baseline is None or experiment.baseline in names
         for target in experiment.targets:
             assert 1 <= target.first_epoch <= target.last_epoch <= experiment.config.epochs

@@ -12,7 +12,7 @@ import pytest
 from scla_mj.config import ControllerConfig, RunConfig
 from scla_mj.control.motion import Gains
 from scla_mj.disturbances import SETS, DisturbanceConfig, with_sets
-from scla_mj.engine.build import build_simulation
+from scla_mj.engine.build import simulate
 from scla_mj.errors import SclaError
 from scla_mj.runs.decisions import row
 from scla_mj.signals import Outcome
@@ -21,13 +21,13 @@ from scla_mj.signals import Outcome
 def make(*sets, seed=0, brain="random", timeout_s=10.0, **settings):
     controller = dataclasses.replace(ControllerConfig(), timeout_s=timeout_s)
     disturbance = with_sets(DisturbanceConfig(), sets)
-    return build_simulation(
+    return simulate(
         RunConfig(seed=seed, brain=brain, telemetry="off", disturbance=disturbance, controller=controller, **settings)
     )
 
 
-def steps(simulation, count, first=1):
-    return [simulation.step(epoch=1, decision=first + i) for i in range(count)]
+def steps(simulation, count):
+    return [simulation.step() for _ in range(count)]
 
 
 def table(records):
@@ -64,14 +64,14 @@ def test_dead_reckoning_drifts_and_says_so():
 
 def test_the_target_is_sensed_where_it_truly_is():
     simulation = make(localisation="odometry")
-    simulation._localiser.odometer.estimate[:2] += 0.30
-    pose, percept = simulation.world.pose(), simulation._sense()
+    simulation.task._localiser.odometer.estimate[:2] += 0.30
+    pose, percept = simulation.world.pose(), simulation.task._sense()
     true, believed = (
-        simulation._grid.cell_at(pose.x_m, pose.y_m),
-        simulation._grid.cell_at(*simulation._localiser.position_m()),
+        simulation.task.grid.cell_at(pose.x_m, pose.y_m),
+        simulation.task.grid.cell_at(*simulation.task._localiser.position_m()),
     )
-    assert (percept.cell, percept.sensed) == (believed, simulation._grid.sensed_from(true))
-    assert not simulation._localiser.error().right_cell
+    assert (percept.cell, percept.sensed) == (believed, simulation.task.grid.sensed_from(true))
+    assert not simulation.task._localiser.error().right_cell
 
 
 @pytest.mark.parametrize("localisation", ["truth", "odometry", "sensors"])
@@ -142,7 +142,7 @@ def test_a_state_that_is_not_a_number_is_reported_and_recovered_from(array, inde
 
 def test_a_robot_that_has_lost_its_place_is_reported_and_told_a_new_one():
     simulation = make(seed=1, localisation="sensors")
-    while_thinking(simulation, lambda: simulation._localiser.odometer.estimate.__setitem__(0, math.nan))
+    while_thinking(simulation, lambda: simulation.task._localiser.odometer.estimate.__setitem__(0, math.nan))
     lost, found = steps(simulation, 2)
     assert (lost.move.outcome, lost.move.fallen) == (Outcome.FAILED, True)
     assert found.move.outcome != Outcome.FAILED
@@ -151,7 +151,7 @@ def test_a_robot_that_has_lost_its_place_is_reported_and_told_a_new_one():
 
 def test_a_command_that_is_not_a_number_fails_and_reaches_no_wheel():
     simulation = make(seed=1)
-    gains = simulation._driver._robot[-1]
+    gains = simulation.task._driver._robot[-1]
     gains[Gains._fields.index("wheel_radius_m")] = math.nan
     record = steps(simulation, 1)[0]
     assert record.move.outcome == Outcome.FAILED

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, PROJECTIONS
+from scla_mj.checked import check
 from scla_mj.config import RunConfig, Telemetry
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.paths import recording_part
@@ -52,7 +53,7 @@ def open_recorder(path: Path, mode: Telemetry = "light", **more: Any) -> RerunRe
     """Open the recording of a run that has no robot but that of `MODEL_XML`."""
     settings = {"model": mujoco.MjModel.from_xml_string(MODEL_XML), "run_id": "a run", "metadata": {"seed": 7}} | more
     return RerunRecorder(
-        path, mode=mode, grid=GRID, clock=RunConfig().build_clock(), protocol="any-start",
+        path, mode=mode, grid=GRID, clock=check(RunConfig()).clock, protocol="any-start",
         ceiling_hits_per_1000=400.0, weight_max=4.0, **settings,
     )  # fmt: skip
 

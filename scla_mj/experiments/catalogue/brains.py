@@ -94,7 +94,7 @@ COMPARISON: Final = (
     Experiment(
         "q-learning-epsilon-any-start", "comparison", "Q-learning, 0.1-greedy from zero, any-start",
         "And as it is usually written down?",
-        with_settings(MEDIUM, brain="q-learning", q_learning={"initial_value": 0.0, "epsilon": 0.1}), TEN_SEEDS,
+        with_settings(MEDIUM, brain="q-learning", brain_settings={"initial_value": 0.0, "epsilon": 0.1}), TEN_SEEDS,
         "scla-any-start",
     ),
     Experiment(

@@ -54,7 +54,9 @@ class Experiment:
 def with_settings(config: RunConfig, **settings: Any) -> RunConfig:
     """Return the configuration with some settings replaced; a section's fields are given as a dict under its name."""
     replaced = {
-        name: dataclasses.replace(getattr(config, name), **value) if isinstance(value, dict) else value
+        name: dataclasses.replace(getattr(config, name), **value)
+        if dataclasses.is_dataclass(getattr(config, name))
+        else value
         for name, value in settings.items()
     }
     return dataclasses.replace(config, **replaced)

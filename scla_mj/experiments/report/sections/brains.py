@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from scla_mj.config import QLearningConfig
 from scla_mj.experiments import statistics
 from scla_mj.experiments.report import charts
 from scla_mj.experiments.report.document import Block, Cell, Column, Figure, Paragraph, Section, Table
@@ -28,10 +27,10 @@ def brains(study: Study) -> Section:
     return Section("brains", "Brains compared", tuple(blocks) or (Paragraph("No brain's runs are here."),))
 
 
-def _kind(item: Evidence) -> tuple[str, QLearningConfig]:
+def _kind(item: Evidence) -> tuple[str, str]:
     """What makes a brain the same brain under either protocol, so that it keeps its colour."""
     config = item.experiment.config
-    return config.brain, config.q_learning
+    return config.brain, str(config.brain_settings)
 
 
 def _curves(items: list[Evidence], series: list[int], protocol: str) -> Figure:

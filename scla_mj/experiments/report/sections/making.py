@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from scla_mj.config import RunConfig
+from scla_mj.config import RunConfig, flatten
 from scla_mj.experiments import statistics
 from scla_mj.experiments.report.document import (
     Block,
@@ -25,7 +25,6 @@ from scla_mj.experiments.report.document import (
 from scla_mj.experiments.report.evidence import Evidence, Study
 from scla_mj.experiments.report.names import CSV
 from scla_mj.experiments.report.sections import parts
-from scla_mj.limits import flatten
 from scla_mj.runs.folder import package_versions
 
 _COMMAND: Final = (

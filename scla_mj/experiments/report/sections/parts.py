@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.experiments import statistics
 from scla_mj.experiments.catalogue.experiment import Experiment
@@ -118,7 +119,7 @@ def line_columns(quantity: str) -> tuple[Column, ...]:
 
 def random_walk_hits(config: RunConfig) -> float:
     """Return what a random walk earns on a configuration's first floor, exactly."""
-    grid = config.build_grid()
+    grid = check(config).grid()
     return hits_per_1000(grid, config.protocol, uniform_policy(grid))
 
 

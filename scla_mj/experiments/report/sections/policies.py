@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from scla_mj.checked import check
 from scla_mj.experiments.report.document import Cell, Column, Figure, Paragraph, Section
 from scla_mj.experiments.report.evidence import Evidence, Study
 from scla_mj.experiments.report.policy_chart import Policy, nearer, policy_chart
@@ -30,7 +31,7 @@ def policies(study: Study) -> Section:
 def _policy(item: Evidence) -> Policy:
     assert item.probabilities is not None
     config = item.experiment.config
-    return Policy(item.experiment.title, config.build_grid(config.epochs), item.probabilities)
+    return Policy(item.experiment.title, check(config).grid(config.epochs), item.probabilities)
 
 
 def _rows(policy: Policy) -> list[tuple[Cell, ...]]:

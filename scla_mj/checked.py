@@ -1,0 +1,157 @@
+"""A checked configuration: what is asked of a run, known to be possible, and what follows from it, made once."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+from scla_mj.clock import Clock, resolve_clock
+from scla_mj.config import RunConfig, flatten, option_of
+from scla_mj.errors import SclaError
+from scla_mj.grid import Cell, Grid
+from scla_mj.markov import ceiling_hits_per_1000
+from scla_mj.validation import shown, validated
+
+
+class _Condition(NamedTuple):
+    """A setting that is read only under another one: changed without it, it would silently do nothing."""
+
+    setting: str
+    is_read: Callable[[RunConfig], bool]
+    wanted: str
+
+
+_CONDITIONS: Final = (
+    _Condition("task.jump-target", lambda run: run.task.jump_epoch > 0, "--task.jump-epoch"),
+    _Condition(
+        "automaton.epsilon",
+        lambda run: run.automaton.scheme == "reward-epsilon-penalty",
+        "--automaton.scheme reward-epsilon-penalty",
+    ),
+    _Condition(
+        "automaton.penalty-rate",
+        lambda run: run.automaton.scheme != "reward-inaction",
+        "another scheme than --automaton.scheme reward-inaction",
+    ),
+    _Condition("automaton.discount", lambda run: run.automaton.local_rule, "--automaton.local-rule"),
+    _Condition("automaton.trace-tau-moves", lambda run: run.automaton.distal_reward, "--automaton.distal-reward"),
+)
+
+
+class CheckedConfig:
+    """A `RunConfig` that can be run, with its grid, its clock and its ceilings.
+
+    Attributes:
+        config: the settings, plain and of the right types.
+        clock: the periods of the run.
+
+    Raises:
+        SclaError: a value cannot be taken; one sentence names the option, the value and what would be right.
+    """
+
+    def __init__(self, config: RunConfig) -> None:
+        self.config: Final = _validated(config)
+        self.clock: Final[Clock] = resolve_clock(self.config.clock)
+        _check_weights(self.config)
+        _check_ranges(self.config)
+        _check_read(self.config)
+        self._first = _grid(self.config, self.config.grid.target)
+        self._later = self._after_jump()
+
+    def has_jumped(self, epoch: int) -> bool:
+        """Tell whether the target is elsewhere in that epoch than in the first; epochs count from 1."""
+        return 0 < self.config.task.jump_epoch <= epoch
+
+    def grid(self, epoch: int = 1) -> Grid:
+        """Return the arena's cells, with the target where it is in that epoch."""
+        return self._later if self.has_jumped(epoch) else self._first
+
+    def ceiling_hits_per_1000(self, epoch: int = 1) -> float:
+        """Return what the best policy earns in that epoch: by search, or under action noise by value iteration."""
+        return self._ceilings[self.has_jumped(epoch)]
+
+    @functools.cached_property
+    def _ceilings(self) -> tuple[float, float]:
+        task, protocol = self.config.task, self.config.protocol
+        first = ceiling_hits_per_1000(self._first, protocol, action_noise=task.action_noise)
+        if self._later is self._first:
+            return first, first
+        return first, ceiling_hits_per_1000(self._later, protocol, action_noise=task.action_noise)
+
+    def _after_jump(self) -> Grid:
+        task = self.config.task
+        if not task.jump_epoch:
+            return self._first
+        if task.jump_epoch > self.config.epochs:
+            raise SclaError(
+                f"--task.jump-epoch is {task.jump_epoch}: the run ends after {self.config.epochs} epochs; "
+                "choose one of them"
+            )
+        if task.jump_target == self.config.grid.target:
+            raise SclaError("--task.jump-target is --target: choose another cell, or leave out --task.jump-epoch")
+        try:
+            return _grid(self.config, task.jump_target)
+        except SclaError as error:
+            raise SclaError(f"--task.jump-target: {error}") from error
+
+
+def check(config: RunConfig | CheckedConfig) -> CheckedConfig:
+    """Return the checked configuration; one that is checked already as it is.
+
+    Raises:
+        SclaError: it cannot be run; the sentence says why.
+    """
+    if isinstance(config, CheckedConfig):
+        return config
+    if not isinstance(config, RunConfig):
+        raise SclaError(f"the configuration is {shown(config)}: it must be a RunConfig, such as RunConfig(seed=3)")
+    return CheckedConfig(config)
+
+
+def option(path: tuple[str | int, ...]) -> str:
+    """Return how a sentence names a setting: as the command line spells it."""
+    return f"--{option_of(*path)}" if path else "the configuration"
+
+
+def _validated(config: RunConfig) -> RunConfig:
+    content = {field.name: _content(getattr(config, field.name)) for field in dataclasses.fields(config)}
+    if isinstance(config.brain, type):  # a class says where it can be imported from
+        content["brain"] = f"{config.brain.__module__}:{config.brain.__qualname__}"
+    return validated(RunConfig, content, spell=option)
+
+
+def _content(value: Any) -> Any:
+    return dataclasses.asdict(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
+
+
+def _grid(config: RunConfig, target: tuple[int, int]) -> Grid:
+    closed = frozenset(Cell(*cell) for cell in config.grid.closed_cells)
+    return Grid(config.grid.cells, Cell(*target), config.grid.cell_size_m, closed)
+
+
+def _check_weights(config: RunConfig) -> None:
+    if config.network.weight_low > config.network.weight_high:
+        raise SclaError("--network.weight-low is above --network.weight-high: swap them")
+    if config.network.weight_high > config.network.weight_max:
+        raise SclaError("--network.weight-high is above --network.weight-max: initial weights must lie within the clip")
+
+
+def _check_ranges(config: RunConfig) -> None:
+    for name in ("friction_scale", "mass_scale"):
+        ends = getattr(config.disturbance, name)
+        if ends[0] > ends[1]:
+            raise SclaError(
+                f"{option(('disturbance', name))} is {shown(ends)}: a range wants its lower end first, swap them"
+            )
+
+
+def _check_read(config: RunConfig) -> None:
+    """Refuse a setting that was changed although nothing reads it."""
+    values, defaults = flatten(config), flatten(RunConfig())
+    for setting, is_read, wanted in _CONDITIONS:
+        if values[setting] != defaults[setting] and not is_read(config):
+            raise SclaError(
+                f"--{setting} is {shown(values[setting])}, which nothing reads: leave it out or choose {wanted}"
+            )

@@ -1,0 +1,190 @@
+"""What is asked of the robot, without a brain: sense, carry out an action on real wheels, respawn where it hits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from scla_mj.errors import SclaError
+from scla_mj.grid import Action, Cell, Grid, StartProtocol
+from scla_mj.loop.action_noise import ActionNoise
+from scla_mj.loop.drive import Driver
+from scla_mj.loop.localiser import Localiser
+from scla_mj.randomness import Consumer, generator
+from scla_mj.sense.target_sensor import TargetSensor
+from scla_mj.signals import Feedback, Localised, Move, Outcome, Percept
+from scla_mj.world.disturbance import Disturbance
+from scla_mj.world.world import World
+
+_QUARTER_TURN_RAD: Final = math.pi / 2
+_HELPLESS_MOVES: Final = 3
+"""After that many failed moves in a row a robot is stuck or lost, and is put down elsewhere: one may be bad luck."""
+
+
+class Step(NamedTuple):
+    """What came of one action.
+
+    `feedback` is what a brain may learn from; `move` is the truth about the body; `started_s` is the run's time when
+    the decision window opened; `localised` says how wrong the robot was about its place then, None where it is told.
+    """
+
+    feedback: Feedback
+    move: Move
+    started_s: float
+    localised: Localised | None
+
+
+class Task:
+    """A robot in its arena, one action at a time; the run's time continues over respawns.
+
+    Args:
+        grid: the arena, with its target.
+        protocol: where a hit respawns the robot.
+        decision_window: control periods for which the robot stands before each move, while a brain thinks.
+        streams: the generators of all that is drawn here, by consumer; `reseed` sets them anew.
+    """
+
+    def __init__(
+        self,
+        *,
+        grid: Grid,
+        protocol: StartProtocol,
+        decision_window: int,
+        world: World,
+        driver: Driver,
+        noise: ActionNoise,
+        disturbance: Disturbance,
+        localiser: Localiser,
+        streams: Mapping[Consumer, np.random.Generator],
+    ) -> None:
+        self.world = world
+        self.grid = grid
+        self._decision_window = decision_window
+        self._protocol = protocol
+        self._starts = grid.start_cells(protocol)
+        self._sensor = TargetSensor(grid)
+        self._driver = driver
+        self._noise = noise
+        self._disturbance = disturbance
+        self._localiser = localiser
+        self._streams = streams
+        self._spawn = streams[Consumer.SPAWN]
+        self._failures = 0
+        self._percept: Percept | None = None
+        self.respawn()
+
+    @property
+    def time_s(self) -> float:
+        """The run's time so far."""
+        return self._driver.time_s
+
+    @property
+    def percept(self) -> Percept:
+        """What the robot senses now."""
+        if self._percept is None:
+            self._percept = self._sense()
+        return self._percept
+
+    def act(self, action: Action, *, observe: bool = True) -> Step:
+        """Stand through the decision window, then carry out one action; after a hit or a fall the robot respawns.
+
+        Without `observe` the move's trajectory is left empty: copies take time.
+
+        Raises:
+            SclaError: MuJoCo warned or reset itself, so that nothing it computed is to be trusted.
+        """
+        before, localised, started_s = self.percept, self._localiser.error(), self.time_s
+        executed = self._noise.execute(action)
+        move = self._driver.drive(executed, before.cell, standing=self._decision_window, observe=observe)
+        hit = not move.fallen and move.after == self.grid.target
+        move = self._given_up(move, hit)
+        after = self._percept = self._sense_after(move, before)
+        if hit or move.fallen:
+            self.respawn()
+        return Step(Feedback(before, action, executed, move.outcome, after, hit), move, started_s, localised)
+
+    def move_target(self, grid: Grid) -> None:
+        """Put the target where `grid` has it; a robot that stands there respawns."""
+        self.grid, self._percept = grid, None
+        self._starts = grid.start_cells(self._protocol)
+        self._sensor = TargetSensor(grid)
+        self.world.move_target(grid.target)
+        pose = self.world.pose()
+        if grid.cell_at(pose.x_m, pose.y_m) == grid.target:
+            self.respawn()
+
+    def respawn(self) -> Percept:
+        """Put the robot into a start cell, facing one of the four directions, and return what it senses there.
+
+        This is the one teleport there is.
+        """
+        cell = self._starts[self._spawn.integers(len(self._starts))]
+        heading_rad = _QUARTER_TURN_RAD * int(self._spawn.integers(4))
+        self._disturbance.renew()
+        self.world.spawn(cell, heading_rad, derive=False)
+        self._localiser.told()
+        self._driver.careful = False
+        self._failures = 0
+        self._percept = self._sense(cell)
+        return self._percept
+
+    def reseed(self, seed: int) -> Percept:
+        """Start again at time 0 with a new seed: bit-identical to a fresh task of that seed and this target.
+
+        Returns:
+            What the robot senses in its first start cell.
+        """
+        for consumer, stream in self._streams.items():
+            stream.bit_generator.state = generator(seed, consumer).bit_generator.state
+        self._driver.restart()
+        self._localiser.power_on()
+        return self.respawn()
+
+    def state(self) -> dict[str, Any]:
+        """Return all that changes between actions, but for the target's place."""
+        return {
+            "world": self.world.state(),
+            "driver": self._driver.state(),
+            "noise": self._noise.state(),
+            "disturbance": self._disturbance.state(),
+            "localiser": self._localiser.state(),
+            "spawn": self._spawn.bit_generator.state,
+            "failures": self._failures,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from a `state`, bit for bit, once the target is where it was (see `move_target`)."""
+        self._disturbance.restore(state["disturbance"])  # before the world's state, which is one of that model
+        self.world.restore(state["world"])
+        self._driver.restore(state["driver"])
+        self._noise.restore(state["noise"])
+        self._localiser.restore(state["localiser"])
+        self._spawn.bit_generator.state = state["spawn"]
+        self._failures, self._percept = state["failures"], None
+
+    def _sense(self, cell: Cell | None = None) -> Percept:
+        """Return what the robot senses, which stands in `cell` if that is known."""
+        if cell is None:
+            pose = self.world.pose()
+            cell = self.grid.cell_at(pose.x_m, pose.y_m)
+        believed = cell if self._localiser.odometer is None else self.grid.cell_at(*self._localiser.position_m())
+        return self._sensor.sense(cell, believed)
+
+    def _sense_after(self, move: Move, before: Percept) -> Percept:
+        """Return what the robot senses after a move; one that is to be put down elsewhere knows no more than before."""
+        if not move.fallen or self.world.can_drive():
+            self._refuse_faults()
+        return before if move.fallen else self._sense(move.after)
+
+    def _given_up(self, move: Move, hit: bool) -> Move:
+        """Count failures in a row, and take a robot that does nothing but fail for one that cannot drive on."""
+        self._failures = self._failures + 1 if move.outcome is Outcome.FAILED and not hit else 0
+        return move._replace(fallen=True) if self._failures >= _HELPLESS_MOVES else move
+
+    def _refuse_faults(self) -> None:
+        if self.world.has_misbehaved():
+            faults = "; ".join(self.world.faults())
+            raise SclaError(f"the physics went wrong at {self.time_s:.2f} s: {faults}; use a smaller physics step")
