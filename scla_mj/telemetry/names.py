@@ -1,6 +1,8 @@
-"""What a recording's entities, timelines and properties are called: written here, read back by the same names."""
+"""The names that a recording is read back by: entities, timelines, properties. A view's other entities are its own."""
 
 from typing import Final
+
+from scla_mj.signals import Outcome
 
 APPLICATION: Final = "scla_mj"
 FORMAT: Final = 1
@@ -14,10 +16,7 @@ WORLD: Final = "world"
 ROBOT: Final = "world/robot"
 TARGET: Final = "world/target"
 """Parent of the target's shapes: a target that jumps moves with it."""
-TRAJECTORY: Final = "world/trajectory"
-POLICY: Final = "world/policy"
 
-BRAIN: Final = "brain"
 SPIKES: Final = "brain/spikes"
 WINDOWS: Final = "brain/spikes/windows"
 RATES: Final = "brain/rates"
@@ -25,21 +24,14 @@ RATES_WHOLE: Final = "brain/rates_whole_decision"
 WEIGHTS: Final = "brain/weights"
 WEIGHT_MATRIX: Final = "brain/weight_matrix"
 DOPAMINE: Final = "brain/dopamine"
-RASTER_LABELS: Final = "brain/raster/labels"
-RASTER_MARGIN: Final = "brain/raster/margin"
 
 PROBABILITIES: Final = "automaton/probabilities"
 
 HIT: Final = "decisions/hit"
 OUTCOME: Final = "decisions/outcome"
-DURATION_S: Final = "decisions/duration_s"
+OUTCOME_CODES: Final = {outcome: code for code, outcome in enumerate(Outcome)}
 POSITION_ERROR_M: Final = "decisions/position_error_m"
-LOG: Final = "decisions/log"
 
-ABOUT: Final = "about"
-
-LEARNING: Final = "learning"
-ROLLING_HITS: Final = "learning/last_100_decisions"
 EPOCH_HITS: Final = "learning/epoch"
 CEILING: Final = "learning/ceiling"
 

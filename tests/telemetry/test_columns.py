@@ -53,4 +53,4 @@ def test_every_row_carries_the_decision_of_its_time_and_that_decisions_epoch(tmp
                 assert (starts_s[number] - 1e-9 <= chunk.time_s).all()
                 assert (chunk.time_s <= ends_s[number] + 1e-9).all()
                 seen.add(chunk.entity)
-    assert {"world/robot", names.TRAJECTORY, names.SPIKES, names.WINDOWS, names.HIT, f"{names.RATES}/MU"} <= seen
+    assert {"world/robot", "world/trajectory", names.SPIKES, names.WINDOWS, names.HIT, f"{names.RATES}/MU"} <= seen

@@ -12,22 +12,13 @@ from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
 from scla_mj.errors import SclaError
 from scla_mj.signals import Outcome
 from scla_mj.telemetry import names
-from scla_mj.telemetry.buffer import OUTCOME_CODES
 from scla_mj.telemetry.reading.chunks import Chunk, faults_named
 from scla_mj.telemetry.reading.recording_parts import Part, open_parts
+from scla_mj.telemetry.views.base import EpochCount
 
 _SCALARS: Final = "Scalars:scalars"
 _POINTS: Final = "Points2D:positions"
 _TRANSLATION: Final = "Transform3D:translation"
-
-
-class EpochCount(NamedTuple):
-    """Decisions and hits of one epoch, and the ceiling that the hits are drawn against."""
-
-    epoch: int
-    decisions: int
-    hits: int
-    ceiling_hits_per_1000: float
 
 
 class Jump(NamedTuple):
@@ -161,7 +152,7 @@ class _Gathered:
             self._take_hits(chunk)
         elif chunk.entity == names.OUTCOME:
             codes = np.bincount(chunk.values(_SCALARS).astype(int), minlength=len(Outcome))
-            for outcome, code in OUTCOME_CODES.items():
+            for outcome, code in names.OUTCOME_CODES.items():
                 self._outcomes[outcome] += int(codes[code])
         elif chunk.entity == names.POSITION_ERROR_M:
             self._max_error_m = float(np.fmax.reduce(np.abs(chunk.values(_SCALARS)), initial=self._max_error_m))

@@ -1,20 +1,20 @@
-"""Rows gathered one after another in memory that stays: what is sent every few hundred decisions is gathered anew."""
+"""A growable array that keeps its memory when it is cleared: what is sent together is gathered in the same place."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-_ROOM_ROWS: Final = 1024
+_FIRST_ROWS: Final = 1024
 
 
-class Pile:
+class GrowableArray:
     """An array that grows by whole rows, each of a `shape`; `clear` keeps its memory."""
 
-    def __init__(self, shape: tuple[int, ...], dtype: Any) -> None:
-        self._memory: NDArray[Any] = np.empty((_ROOM_ROWS, *shape), dtype)
+    def __init__(self, dtype: DTypeLike, shape: tuple[int, ...] = ()) -> None:
+        self._memory: NDArray[Any] = np.empty((_FIRST_ROWS, *shape), dtype)
         self._filled = 0
 
     def __len__(self) -> int:
@@ -22,11 +22,11 @@ class Pile:
 
     @property
     def rows(self) -> NDArray[Any]:
-        """A view of what was added, (n, *shape), until more is added, or all is cleared."""
+        """A view of what was added, (n, *shape), valid until the next `extend`, `append` or `clear`."""
         return self._memory[: self._filled]
 
-    def add(self, rows: NDArray[Any]) -> None:
-        """Copy some rows to the end, (k, *shape)."""
+    def extend(self, rows: NDArray[Any]) -> None:
+        """Copy rows to the end, (k, *shape)."""
         end = self._filled + len(rows)
         if end > len(self._memory):
             self._grow(end)

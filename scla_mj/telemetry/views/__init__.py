@@ -1,0 +1,18 @@
+"""The views of a recording, each in a file of its own: what it gathers and sends, how it looks, and where it stands.
+
+To add one, write a subclass of `base.View` and put it into `VIEWS`.
+"""
+
+from typing import Final
+
+from scla_mj.telemetry.views.arena import Arena
+from scla_mj.telemetry.views.base import View
+from scla_mj.telemetry.views.hits import Hits
+from scla_mj.telemetry.views.learned import Learned
+from scla_mj.telemetry.views.raster import Raster
+from scla_mj.telemetry.views.series import Series
+from scla_mj.telemetry.views.text import Text
+
+VIEWS: Final[tuple[type[View], ...]] = (Raster, Series, Arena, Learned, Text, Hits)
+"""In the order in which they send: spikes first and hits last, so that a file cut short counts no decision whose spikes
+are missing."""

@@ -1,0 +1,243 @@
+"""What the views of a recording have in common: when they are called, their rows in time, their panels."""
+
+from __future__ import annotations
+
+import enum
+import functools
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from scla_mj.anatomy import NEURON_COUNT, POPULATIONS
+from scla_mj.clock import Clock
+from scla_mj.config import Telemetry
+from scla_mj.grid import Grid, StartProtocol
+from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB
+from scla_mj.signals import TRAJECTORY_COLUMNS, Activity, DecisionRecord, Snapshot
+from scla_mj.telemetry import names
+from scla_mj.telemetry.growable_array import GrowableArray
+
+DECISION: Final = np.dtype(
+    [
+        ("start_s", np.float64),
+        ("end_s", np.float64),
+        ("decision", np.int64),
+        ("epoch", np.int64),
+        ("hit", np.bool_),
+        ("outcome", np.uint8),
+        ("thinks", np.bool_),
+    ]
+)
+"""A decision as every view's `send` gets it: `decision` counts over the whole run from 1, `outcome` is one of
+`names.OUTCOME_CODES`, `thinks` says that the brain had an activity to record."""
+Rows = NDArray[np.void]
+"""Rows of `DECISION`."""
+
+SIZES: Final = np.array([population.size for population in POPULATIONS])
+"""Neurons of each population."""
+_STARTS: Final = np.array([population.start for population in POPULATIONS])
+_COLOURS: Final = np.array([OUTCOME_COLOURS[outcome] for outcome in names.OUTCOME_CODES], np.uint8)
+
+_TIME: Final = TRAJECTORY_COLUMNS.index("time_s")
+_POSE_PERIOD_S: Final = 0.05
+"""A recording keeps a pose about this often: 20 Hz still looks smooth."""
+
+_DECISION_S: Final = 0.7
+"""About how long a decision takes: turns a range of seconds into one of decisions, for the other timeline."""
+_SCROLL_S: Final = 60.0
+
+cursor: Final = rrb.TimeRangeBoundary.cursor_relative
+WHOLE_RUN: Final = rrb.TimeAxis(
+    view_range=rr.TimeRange(start=rrb.TimeRangeBoundary.infinite(), end=rrb.TimeRangeBoundary.infinite())
+)
+
+
+class RunFacts(NamedTuple):
+    """What the views know of the run; `grid` and ceiling are those of the epoch, as the target may jump.
+
+    `model` is a compiled `mujoco.MjModel` to draw, `weight_max` the upper end of the weights' scale.
+    """
+
+    mode: Telemetry
+    grid: Grid
+    clock: Clock
+    model: Any
+    protocol: StartProtocol
+    ceiling_hits_per_1000: float
+    weight_max: float
+
+
+class EpochCount(NamedTuple):
+    """Decisions and hits of one epoch, and the ceiling that the hits are drawn against."""
+
+    epoch: int
+    decisions: int
+    hits: int
+    ceiling_hits_per_1000: float
+
+    @property
+    def hits_per_1000(self) -> float:
+        """Hits per 1000 decisions."""
+        return 1000 * self.hits / self.decisions
+
+
+class Place(enum.Enum):
+    """Where in the dashboard a panel stands: the left half, or a row of the right half."""
+
+    LEFT = enum.auto()
+    TOP = enum.auto()
+    MIDDLE = enum.auto()
+    TABS = enum.auto()
+
+
+class Panel(NamedTuple):
+    """A panel of the dashboard; `rank` orders those of one place, `share` is its part of the room."""
+
+    place: Place
+    content: Any
+    rank: int = 9
+    share: float = 1.0
+
+
+class View:
+    """One view of a recording. A subclass overrides what it needs; in this class every method does nothing.
+
+    What `add` keeps in arrays from `gather` is cleared once `send` has sent it. Before `remember`, `end_epoch`,
+    `move_target` and `stop` the stream's time is set to the end of the last decision.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, run: RunFacts) -> None:
+        self.stream, self.run = stream, run
+        self.gathered: list[GrowableArray] = []
+
+    def gather(self, dtype: DTypeLike, *shape: int) -> GrowableArray:
+        """Return a new array for what waits to be sent."""
+        self.gathered.append(GrowableArray(dtype, shape))
+        return self.gathered[-1]
+
+    def panels(self) -> list[Panel]:
+        """Return the view's panels in the dashboard."""
+        return []
+
+    def log_static(self) -> None:
+        """Log what holds for the whole recording, such as colours and names."""
+
+    def add(self, record: DecisionRecord, decision: int) -> None:
+        """Take what is kept of one decision, by its number over the whole run."""
+
+    def send(self, rows: Rows) -> None:
+        """Send what was gathered of these decisions as columns, copied, since Rerun may go on reading it."""
+
+    def remember(self, snapshot: Snapshot, decision: int) -> None:
+        """Log the brain's memory after a decision."""
+
+    def end_epoch(self, count: EpochCount) -> None:
+        """Log the result of a whole epoch."""
+
+    def move_target(self) -> None:
+        """Draw the target where `run.grid` has it from now on, and the hits against its ceiling."""
+
+    def stop(self, decisions: int) -> None:
+        """Log that the run stops early, after so many decisions."""
+
+    def state(self) -> dict[str, Any]:
+        """Return everything that `restore` needs to continue in another file."""
+        return {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from a `state`."""
+
+
+def time_columns(time_s: ArrayLike, decision: NDArray[np.int64], epoch: NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Return simulated time, decision (over the whole run, from 1) and epoch as index columns of equal length."""
+    nanoseconds = np.round(np.asarray(time_s, float) * 1e9).astype("timedelta64[ns]")
+    return [
+        rr.TimeColumn(names.SIM_TIME, duration=nanoseconds),
+        rr.TimeColumn(names.DECISION, sequence=decision),
+        rr.TimeColumn(names.EPOCH, sequence=epoch),
+    ]
+
+
+def set_time(stream: rr.RecordingStream, time_s: float, decision: int, epoch: int) -> None:
+    """Set all three for the next row that is logged on its own."""
+    stream.set_time(names.SIM_TIME, duration=np.timedelta64(round(time_s * 1e9), "ns"))
+    stream.set_time(names.DECISION, sequence=decision)
+    stream.set_time(names.EPOCH, sequence=epoch)
+
+
+def at(rows: Rows, time: str) -> list[rr.TimeColumn]:
+    """Return the index columns of a value per decision, at its "start_s" or "end_s"."""
+    return time_columns(rows[time], rows["decision"], rows["epoch"])
+
+
+def at_poses(rows: Rows, time_s: NDArray[np.float64], poses: NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Return the index columns of a value per pose, of which each decision has `poses`."""
+    return time_columns(time_s, np.repeat(rows["decision"], poses), np.repeat(rows["epoch"], poses))
+
+
+@functools.lru_cache(maxsize=4096)
+def kept_poses(periods: int, control_period_s: float) -> NDArray[np.intp]:
+    """Return which of a move's control periods are kept as poses: 20 Hz, and always the one in which it ended."""
+    kept = np.arange(0, periods, max(1, round(_POSE_PERIOD_S / control_period_s)))
+    return np.union1d(kept, [periods - 1]) if periods else kept
+
+
+def end_time_s(record: DecisionRecord) -> float:
+    """Return when the decision's move ended, or when it began if nothing moved."""
+    trajectory = record.move.trajectory
+    return float(trajectory[-1, _TIME]) if len(trajectory) else record.time_s
+
+
+def count_spikes(activity: Activity) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return every population's spikes in the thinking window and in the whole decision."""
+    if activity.counts is not None:
+        return activity.counts
+    thinking = _counts(activity.spike_neuron[: activity.thinking_spikes])
+    return thinking, thinking + _counts(activity.spike_neuron[activity.thinking_spikes :])
+
+
+def _counts(neuron: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Count by neuron, then by population: half the time of looking every spike's population up."""
+    counts: NDArray[np.int64] = np.add.reduceat(np.bincount(neuron, minlength=NEURON_COUNT), _STARTS)
+    return counts
+
+
+def outcome_colours(rows: Rows) -> NDArray[np.uint8]:
+    """Return the colour of how each decision ended, (n, 3)."""
+    colours: NDArray[np.uint8] = _COLOURS[rows["outcome"]]
+    colours[rows["hit"]] = HIT_COLOUR
+    return colours
+
+
+def send_scalars(stream: rr.RecordingStream, entity: str, index: list[rr.TimeColumn], values: ArrayLike) -> None:
+    """Send a curve."""
+    stream.send_columns(entity, index, rr.Scalars.columns(scalars=np.array(values, np.float64)))
+
+
+def log_line(stream: rr.RecordingStream, entity: str, colour: RGB, name: str, width: float) -> None:
+    """Log how a curve looks."""
+    stream.log(entity, rr.SeriesLines(colors=[colour], names=[name], widths=[width]), static=True)
+
+
+def last(seconds: float) -> list[rrb.VisibleTimeRange]:
+    """The stretch before the cursor, on either timeline: without the second, switching to it costs seconds a frame."""
+    decisions = max(1, round(seconds / _DECISION_S))
+    return [
+        rrb.VisibleTimeRange(names.SIM_TIME, start=cursor(seconds=-seconds), end=cursor()),
+        rrb.VisibleTimeRange(names.DECISION, start=cursor(seq=-decisions), end=cursor()),
+    ]
+
+
+def curves(contents: list[str], name: str, **more: Any) -> rrb.TimeSeriesView:
+    """Return a panel of curves, with its legend in a `corner` unless `legend` is False."""
+    legend = rrb.PlotLegend(corner=more.pop("corner", rrb.Corner2D.LeftTop), visible=more.pop("legend", True))
+    return rrb.TimeSeriesView(origin="/", contents=contents, name=name, plot_legend=legend, **more)
+
+
+def scrolling_curves(contents: list[str], name: str, **more: Any) -> rrb.TimeSeriesView:
+    """Return a panel of the curves' last minute."""
+    window = rrb.TimeAxis(view_range=rr.TimeRange(start=cursor(seconds=-_SCROLL_S), end=cursor()))
+    return curves(contents, name, axis_x=window, time_ranges=last(_SCROLL_S), **more)

@@ -1,0 +1,73 @@
+"""What is said in words: the page inside a recording that says what it shows, and a log of what happened."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from scla_mj.config import Telemetry
+from scla_mj.signals import DecisionRecord, Outcome
+from scla_mj.telemetry.views.base import EpochCount, Panel, Place, RunFacts, View, end_time_s, set_time
+
+_ABOUT: Final = "about"
+_LOG: Final = "decisions/log"
+_KEPT: Final[dict[Telemetry, str]] = {"light": "the spikes of every thinking window", "full": "every spike"}
+
+
+class Text(View):
+    """The page about the recording, and the log."""
+
+    def panels(self) -> list[Panel]:
+        """Return two tabs."""
+        log = rrb.TextLogView(origin=f"/{_LOG}", name="Log")
+        about = rrb.TextDocumentView(origin=f"/{_ABOUT}", name="About")
+        return [Panel(Place.TABS, log, rank=3), Panel(Place.TABS, about, rank=4)]
+
+    def log_static(self) -> None:
+        """Log the page."""
+        page = rr.TextDocument(_about(self.run), media_type=rr.MediaType.MARKDOWN)
+        self.stream.log(_ABOUT, page, static=True)
+
+    def add(self, record: DecisionRecord, decision: int) -> None:
+        """Log a move that failed."""
+        if record.move.outcome is Outcome.FAILED:
+            set_time(self.stream, end_time_s(record), decision, record.epoch)
+            x, y = record.move.before
+            self._say(f"the move {record.chosen.action.label} from cell ({x}, {y}) failed", rr.TextLogLevel.WARN)
+
+    def end_epoch(self, count: EpochCount) -> None:
+        """Log the epoch's result."""
+        share = 100 * count.hits_per_1000 / count.ceiling_hits_per_1000
+        result = f"{count.hits} hits in {count.decisions} decisions, {share:.1f} % of the ceiling"
+        self._say(f"epoch {count.epoch}: {result}", rr.TextLogLevel.INFO)
+
+    def move_target(self) -> None:
+        """Log where the target went."""
+        x, y = self.run.grid.target
+        self._say(f"the target jumps to cell ({x}, {y})", rr.TextLogLevel.WARN)
+
+    def stop(self, decisions: int) -> None:
+        """Log that the run stops early."""
+        self._say(f"stopped after {decisions} decisions", rr.TextLogLevel.WARN)
+
+    def _say(self, text: str, level: str) -> None:
+        self.stream.log(_LOG, rr.TextLog(text, level=level))
+
+
+def _about(run: RunFacts) -> str:
+    """Return the page as Markdown."""
+    columns, rows = run.grid.cells
+    return f"""# A robot that learns to reach its target
+{columns} x {rows} cells of {run.grid.cell_size_m:g} m, target in cell ({run.grid.target.x}, {run.grid.target.y}).
+Protocol `{run.protocol}`, where a shortest path earns {run.ceiling_hits_per_1000:.1f} hits in 1000 decisions.
+Kept: {_KEPT[run.mode]} (telemetry `{run.mode}`).
+
+- **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows:
+  how probable each action is in each cell, yellow up, blue down, green left, pink right.
+- **Spikes.** A dot a spike, a row a neuron: sensory S, motor M, inhibitory I, each for U(p), D(own), L(eft), R(ight).
+  A frame is a thinking window, in the colour of how its move ended.
+- **Weights.** Each sensory population drives its own motor population (agreeing) and the opposite one.
+- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
+"""
