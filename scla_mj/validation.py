@@ -90,13 +90,17 @@ def hint_at(kind: Any, path: tuple[str | int, ...]) -> Any:
     """Return the annotated type of the value that a path leads to, from a dataclass through names and places."""
     hint = kind
     for part in path:
-        bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
+        bare = _bare(hint)
         if dataclasses.is_dataclass(bare):
             hint = get_type_hints(bare, include_extras=True).get(str(part), Any)
         else:
             items = [item for item in get_args(bare) if item is not Ellipsis]
             hint = items[min(int(part), len(items) - 1)] if items and isinstance(part, int) else Any
     return hint
+
+
+def _bare(hint: Any) -> Any:
+    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
 
 
 def shown(value: Any) -> str:
@@ -132,7 +136,7 @@ def _unspeakable(content: Any, spell: Spell, path: tuple[str | int, ...] = ()) -
 def _sentence(kind: Any, error: Any, spell: Spell) -> str:
     path, what, value = tuple(error["loc"]), str(error["type"]), error["input"]
     if what in ("unexpected_keyword_argument", "extra_forbidden"):
-        known = ", ".join(field.name for field in dataclasses.fields(hint_at(kind, path[:-1])))
+        known = ", ".join(field.name for field in dataclasses.fields(_bare(hint_at(kind, path[:-1]))))
         return f"{spell(path)} is not a setting: known are {known}"
     if what.startswith("missing") and path and isinstance(path[-1], int):
         return f"{spell(path[:-1])} is {shown(value)}: it must hold {_items(hint_at(kind, path[:-1]))} values"

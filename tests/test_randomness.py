@@ -25,5 +25,5 @@ def test_streams_of_one_seed_are_uncorrelated():
 
 def test_stream_numbers_are_the_ones_old_seeds_were_run_with():
     """A consumer may be added, never renumbered: a renumbered one would change every run's bits."""
-    known = {"SPAWN": 0, "WEIGHTS": 1, "NOISE": 2, "TIES": 3, "AUTOMATA": 4}
+    known = {"SPAWN": 0, "WEIGHTS": 1, "NOISE": 2, "TIES": 3, "BRAIN": 4}
     assert {consumer.name: consumer.value for consumer in Consumer}.items() >= known.items()

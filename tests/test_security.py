@@ -20,7 +20,7 @@ SOURCES = [*MODULES, *sorted((ROOT / "scripts").rglob("*.py"))]
 UNPICKLERS = {"pickle", "cPickle", "dill", "cloudpickle", "shelve", "marshal", "joblib", "yaml"}
 DOORS = {"socketserver", "http.server", "xmlrpc", "asyncio", "websockets", "flask", "urllib", "requests", "ftplib"}
 SERVING = {"serve", "serve_grpc", "serve_web", "serve_web_viewer", "connect_grpc", "spawn"}
-LOADERS = {"brain/registry.py"}
+LOADERS = {"brain/registry.py", "cli/bench.py"}
 """The one place that imports by name: the brain that the user named."""
 
 

@@ -55,21 +55,20 @@ def build_brain(checked: CheckedConfig) -> Brain:
             taken, or settings were changed that it does not read.
     """
     config = checked.config
-    build = find_brain(config.brain)
-    settings = _own_settings(build, config)
-    _refuse_unread(build, config)
+    kind = find_brain(config.brain)
+    settings = _own_settings(kind, config)
+    _refuse_unread(kind, config)
+    build: Callable[..., Brain] = kind
     try:
-        brain = build(checked) if settings is None else build(checked, settings)
+        brain: Brain = build(checked) if settings is None else build(checked, settings)
     except SclaError:
         raise
     except (Exception, SystemExit) as error:
         raise SclaError(f"--brain {config.brain} cannot be made from a CheckedConfig: {told(error)}") from error
-    if not isinstance(brain, Brain):
-        raise SclaError(f"--brain {config.brain} is not a brain: derive its class from scla_mj.Brain")
     return brain
 
 
-def find_brain(name: str) -> Callable[..., Any]:
+def find_brain(name: str) -> type[Brain]:
     """Return the class of the brain of that name, imported if it is a user's own.
 
     Raises:
@@ -78,13 +77,8 @@ def find_brain(name: str) -> Callable[..., Any]:
     return BRAINS.get(name) or _imported(name)
 
 
-def settings_class(build: Callable[..., Any]) -> Any:
-    """Return the dataclass of the settings that a brain's class has of its own, or None."""
-    return getattr(build, "Settings", None)
-
-
-def _own_settings(build: Callable[..., Any], config: RunConfig) -> Any:
-    kind = settings_class(build)
+def _own_settings(brain: type[Brain], config: RunConfig) -> Any:
+    kind = brain.Settings
     if kind is None:
         if config.brain_settings:
             name = option_of(next(iter(config.brain_settings)))
@@ -95,14 +89,14 @@ def _own_settings(build: Callable[..., Any], config: RunConfig) -> Any:
     return validated(kind, config.brain_settings, spell=lambda path: f"--brain.{option_of(*path)}")
 
 
-def _refuse_unread(build: Callable[..., Any], config: RunConfig) -> None:
-    reads, values, defaults = getattr(build, "reads", _OF_BRAINS), flatten(config), flatten(RunConfig())
+def _refuse_unread(brain: type[Brain], config: RunConfig) -> None:
+    reads, values, defaults = brain.reads, flatten(config), flatten(RunConfig())
     for option, value in values.items():
         if option.startswith(_OF_BRAINS) and value != defaults[option] and not option.startswith(tuple(reads)):
             raise SclaError(f"--{option} is {shown(value)}, which --brain {config.brain} does not read: leave it out")
 
 
-def _imported(path: str) -> Callable[..., Any]:
+def _imported(path: str) -> type[Brain]:
     if not _IMPORT_PATH.fullmatch(path):
         raise SclaError(f"--brain {path} is unknown: choose {', '.join(BRAINS)}, or package.module:Class for your own")
     module_name, class_name = path.split(":")
@@ -112,10 +106,11 @@ def _imported(path: str) -> Callable[..., Any]:
     except (Exception, SystemExit) as error:
         raise SclaError(f"--brain {path}: the module {module_name} cannot be imported: {told(error)}") from error
     found = getattr(module, class_name, None)
-    if not callable(found):
+    if found is None:
         raise SclaError(f"--brain {path}: the module {module_name} has no class {class_name}")
-    chosen: Callable[..., Any] = found
-    return chosen
+    if not (isinstance(found, type) and issubclass(found, Brain)):
+        raise SclaError(f"--brain {path} is not a brain: derive its class from scla_mj.Brain")
+    return found
 
 
 @contextlib.contextmanager

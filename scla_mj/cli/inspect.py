@@ -25,9 +25,7 @@ if TYPE_CHECKING:
 
 EXIT_DISAGREES: Final = 1
 _SEALED: Final = "sealed: each file is checked against the SHA-256 that the run left in seal.json"
-_UNSEALED: Final = (
-    "unsealed: the run did not end in order, or an older scla-mj made it; damage shows only where files do not fit"
-)
+_UNSEALED: Final = "unsealed: the run did not end in order; damage shows only where files do not fit"
 _Content = TypeVar("_Content")
 
 

@@ -74,6 +74,7 @@ class Task:
         self._spawn = streams[Consumer.SPAWN]
         self._failures = 0
         self._percept: Percept | None = None
+        self._localised: Localised | None = None
         self.respawn()
 
     @property
@@ -96,7 +97,7 @@ class Task:
         Raises:
             SclaError: MuJoCo warned or reset itself, so that nothing it computed is to be trusted.
         """
-        before, localised, started_s = self.percept, self._localiser.error(), self.time_s
+        before, localised, started_s = self.percept, self._localised, self.time_s
         executed = self._noise.execute(action)
         move = self._driver.drive(executed, before.cell, standing=self._decision_window, observe=observe)
         hit = not move.fallen and move.after == self.grid.target
@@ -170,6 +171,7 @@ class Task:
         if cell is None:
             pose = self.world.pose()
             cell = self.grid.cell_at(pose.x_m, pose.y_m)
+        self._localised = self._localiser.error()
         believed = cell if self._localiser.odometer is None else self.grid.cell_at(*self._localiser.position_m())
         return self._sensor.sense(cell, believed)
 

@@ -77,10 +77,10 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
         scratch.write_text(text + "\n", encoding="utf-8")
 
 
-def read_json(path: Path, *, older: bool = True) -> dict[str, Any]:
+def read_json(path: Path, *, by_hand: bool = False) -> dict[str, Any]:
     """Return the JSON object that a file of ours holds, without the digest that it is checked against.
 
-    Files that an `older` scla-mj wrote have none.
+    One that was written `by_hand` may have none.
 
     Raises:
         SclaError: the file is missing, unreadable, no JSON object, or not what was written.
@@ -94,7 +94,7 @@ def read_json(path: Path, *, older: bool = True) -> dict[str, Any]:
         raise SclaError(f"{path} is damaged: it must hold JSON ({error})") from error
     if not isinstance(content, dict):
         raise SclaError(f"{path} is damaged: it must hold a JSON object, not {type(content).__name__}")
-    if DIGEST not in content and older:
+    if by_hand and DIGEST not in content:
         return content
     if content.pop(DIGEST, None) != _digest(content):
         raise SclaError(f"{path} is damaged: it does not fit its own digest; fetch a sound copy")

@@ -58,9 +58,7 @@ class Run(NamedTuple):
         """The identity of the run and of its recording."""
         run_id = self.content.get(_RUN_ID)
         if not (isinstance(run_id, str) and run_id):
-            raise SclaError(
-                f"{self.file(paths.CONFIG_JSON)} names no run_id: an older scla-mj made it; start a new run"
-            )
+            raise SclaError(f"{self.file(paths.CONFIG_JSON)} names no run_id: no scla-mj wrote it; start a new run")
         return run_id
 
     @property

@@ -48,7 +48,7 @@ def lift_seal(folder: Path) -> None:
 
 
 def is_sealed(folder: Path) -> bool:
-    """Tell whether the run ended in order: a killed run and one of an older scla-mj have no seal."""
+    """Tell whether the run ended in order: a killed one has no seal."""
     return (Path(folder) / SEAL_JSON).exists()
 
 
@@ -102,7 +102,7 @@ def _fault(path: Path, digest: str | None) -> str | None:
 
 def _read_seal(path: Path) -> dict[str, str]:
     """Return the digest of each sealed file by its name."""
-    content: dict[str, Any] = read_json(path, older=False)
+    content: dict[str, Any] = read_json(path)
     files = content.get("files")
     if content.get("format") != FORMAT:
         raise SclaError(f"{path} has format {content.get('format')!r}: this scla-mj reads format {FORMAT}")

@@ -197,9 +197,9 @@ def test_tables_are_put_into_their_places_on_a_page():
     assert "old" not in filled
     assert filled.startswith("before\n<!-- bench: one -->")
     assert "kept" in filled
-    assert table.replace_tables(filled, [table], machine="a machine") == filled
+    assert table.replace_tables(filled, [sheet], machine="a machine") == filled
     with pytest.raises(SclaError, match="no line <!-- bench: three -->"):
-        table.replace_tables(page, [table._replace(key="three")], machine="a machine")
+        table.replace_tables(page, [sheet._replace(key="three")], machine="a machine")
 
 
 def test_nothing_is_overwritten_and_that_is_said_before_anything_is_measured(tmp_path, capsys):

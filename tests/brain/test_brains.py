@@ -15,6 +15,7 @@ from scla_mj.grid import Action, Cell
 from scla_mj.markov import hits_per_1000
 from scla_mj.signals import Feedback, Outcome, Percept
 
+BASE = "from scla_mj.brain import Brain as Base\n\nclass Brain(Base):\n    decide = learn = None\n"
 OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
 
 
@@ -108,7 +109,7 @@ def test_the_documented_brain_of_ones_own_is_short_and_works(tmp_path, monkeypat
     ("name", "word"),
     [
         ("oracle", "unknown"),
-        ("os:getcwd", "cannot be made"),
+        ("os:getcwd", "is not a brain"),
         ("operator:eq", "not a brain"),
         ("no_such_module:Brain", "cannot be imported"),
         ("os:NoSuchClass", "no class"),
@@ -131,9 +132,12 @@ def test_what_is_no_brain_is_refused_in_a_sentence(name, word):
             "cannot be imported: ModuleNotFoundError: No module named 'absent_library', {file}",
         ),
         ("import json\njson.loads('[')\n", "column 2 (char 1), {file} line 2"),
-        ("class Brain:\n    def __init__(self, config, clock):\n        config.nothing\n", "'nothing', {file} line 3"),
-        ("def Brain(config, clock):\n    raise ValueError('two\\nlines')\n", "ValueError: two lines, {file} line 2"),
-        ("from scla_mj.brain import Brain as Base\n\nclass Brain(Base):\n    pass\n", "Brain() takes no arguments"),
+        (BASE + "    def __init__(self, checked):\n        checked.nothing\n", "'nothing', {file} line 6"),
+        (
+            BASE + "    def __init__(self, checked):\n        raise ValueError('two\\nlines')\n",
+            "two lines, {file} line 6",
+        ),
+        (BASE, "Brain() takes no arguments"),
     ],
 )
 def test_a_brain_that_cannot_be_imported_or_made_is_told_with_its_file_and_line(source, said, tmp_path, monkeypatch):

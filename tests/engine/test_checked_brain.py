@@ -144,8 +144,8 @@ from scla_mj.grid import Action
 from scla_mj.signals import Decision, Snapshot
 
 class Tiring(Brain):
-    def __init__(self, config, clock):
-        self.left = config.seed
+    def __init__(self, checked):
+        self.left = checked.config.seed
 
     def decide(self, percept):
         self.left -= 1

@@ -76,7 +76,7 @@ def test_other_versions_than_the_run_began_with_are_refused_by_name(run):
         (lambda config: config.update(seed=5), "does not belong to"),
         (lambda config: config.update(epochs=5), "does not belong to"),
         (lambda config: config.update(run_id="other"), "does not belong to"),
-        (lambda config: config.update(seed=-1), "--seed is -1"),
+        (lambda config: config.update(seed=-1), "seed is -1"),
         (lambda config: config.pop("versions"), "scla-mj unknown"),
     ],
 )
@@ -203,8 +203,8 @@ from scla_mj.grid import Action
 from scla_mj.signals import Decision
 
 class Plain(Brain):
-    def __init__(self, config, clock):
-        self.rng = np.random.Generator(np.random.PCG64(config.seed))
+    def __init__(self, checked):
+        self.rng = np.random.Generator(np.random.PCG64(checked.config.seed))
     def decide(self, percept):
         return Decision(Action(int(self.rng.integers(4))))
     def learn(self, feedback):

@@ -37,7 +37,7 @@ def write_runs(out: Path, experiment: Experiment, skill: Skill, *, decisions: in
     for seed in experiment.seeds:
         config = dataclasses.replace(experiment.config, seed=seed)
         run = create(run_folder(out, experiment, seed), config)
-        tally = Tally(config)
+        tally = Tally(check(config))
         with DecisionLog(run.path) as log:
             for number, record in enumerate(records(config, skill)):
                 if number == decisions:

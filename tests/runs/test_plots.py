@@ -5,6 +5,7 @@ import pytest
 from PIL import Image
 
 from scla_mj.anatomy import PROJECTIONS
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
@@ -26,7 +27,7 @@ def mask(image, colour):
 
 
 def summary_of(hits, ceilings=()):
-    summary = Tally(RunConfig()).summary(simulated_s=0.0, wall_s=0.0)
+    summary = Tally(check(RunConfig())).summary(simulated_s=0.0, wall_s=0.0)
     own = ceilings or [400.0] * len(hits)
     epochs = tuple(epoch_summary(n + 1, 1000, count, own[n]) for n, count in enumerate(hits))
     return type(summary)(**{**vars(summary), "epochs": epochs})

@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 
+from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.paths import SUMMARY_JSON
-from scla_mj.runs.atomic import read_json
+from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.decisions import DecisionLog, read_decisions
 from scla_mj.runs.summary import Tally, epoch_summary, read_summary, write_summary
 from scla_mj.signals import Localised, Outcome
@@ -20,7 +21,7 @@ KEYS = (
 
 
 def tallied(records, config=None):
-    tally = Tally(config or RunConfig())
+    tally = Tally(check(config or RunConfig()))
     for record in records:
         tally.add(record)
     return tally.summary(simulated_s=12.5, wall_s=0.25)
@@ -96,7 +97,7 @@ def test_a_summary_is_read_back_as_it_was_written(tmp_path, walk):
 def test_a_damaged_summary_is_refused_by_its_key(tmp_path, walk, key, value, said):
     write_summary(tmp_path, tallied(walk(1, 5)))
     content = read_json(tmp_path / SUMMARY_JSON)
-    (tmp_path / SUMMARY_JSON).write_text(json.dumps({**content, key: value}))
+    write_json(tmp_path / SUMMARY_JSON, {**content, key: value})
     with pytest.raises(SclaError, match=said):
         read_summary(tmp_path)
 
@@ -107,21 +108,13 @@ def test_beliefs_are_counted_where_the_robot_finds_its_own_place(tmp_path, walk)
         record._replace(localised=Localised(error_m, error_m < 0.15))
         for record, error_m in zip(walk(1, 3), errors, strict=True)
     ]
-    tally = Tally(RunConfig())
+    tally = Tally(check(RunConfig()))
     for record in records[:1]:
         tally.add(record)
-    later = Tally(RunConfig())
+    later = Tally(check(RunConfig()))
     later.restore(tally.state())
     for record in records[1:]:
         later.add(record)
     found = later.summary(simulated_s=1.0, wall_s=1.0).localisation
     assert (found.max_error_m, found.mean_error_m, found.wrong_cells) == (0.2, pytest.approx(0.08), 1)
     assert tallied(walk(1, 3)).localisation is None
-
-
-def test_a_summary_from_before_localisation_was_added_still_reads(tmp_path, walk):
-    write_summary(tmp_path, tallied(walk(1, 3)))
-    content = read_json(tmp_path / SUMMARY_JSON)
-    del content["localisation"]
-    (tmp_path / SUMMARY_JSON).write_text(json.dumps(content))
-    assert read_summary(tmp_path) == tallied(walk(1, 3))
