@@ -6,7 +6,6 @@ from typing import Final
 
 from scla_mj.errors import SclaError
 
-ROBOT_XML: Final = "robot.xml"
 SCENE_XML: Final = "scene.xml"
 
 CONFIG_JSON: Final = "config.json"
@@ -45,13 +44,13 @@ def assets_folder() -> Path:
     """Return the folder that holds the MJCF files, in an installed wheel or in a checkout.
 
     Raises:
-        SclaError: neither place holds the robot's file.
+        SclaError: neither place holds the arena's file.
     """
     package = Path(__file__).resolve().parent
     candidates = (package / "assets", package.parent / "assets")
     for folder in candidates:
-        if (folder / ROBOT_XML).is_file():
+        if (folder / SCENE_XML).is_file():
             return folder
     raise SclaError(
-        f"the robot's file {ROBOT_XML} is in neither {candidates[0]} nor {candidates[1]}; reinstall scla-mj"
+        f"the arena's file {SCENE_XML} is in neither {candidates[0]} nor {candidates[1]}; reinstall scla-mj"
     )

@@ -17,7 +17,7 @@ from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell
 from scla_mj.world import names
-from scla_mj.world.picture import render
+from scla_mj.world.picture import Renderer
 from scla_mj.world.world import World
 
 
@@ -48,7 +48,7 @@ def take(options: ArenaPicture) -> None:
     checked = check(config)
     world = World(checked.grid(), checked.clock)
     world.spawn(Cell(*options.cell), math.radians(options.heading_deg))
-    picture = render(world, names.ANGLED_CAMERA, *options.size)
+    picture = Renderer(world).render(names.ANGLED_CAMERA, *options.size)
     imsave(options.output, np.ascontiguousarray(picture))
 
 

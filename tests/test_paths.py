@@ -3,10 +3,12 @@
 from pathlib import Path
 
 from scla_mj import paths
+from scla_mj.world.robot import ROBOT
 
 
-def test_the_assets_folder_holds_the_robot():
-    assert (paths.assets_folder() / paths.ROBOT_XML).is_file()
+def test_the_assets_folder_holds_the_arena_and_the_robot():
+    assert (paths.assets_folder() / paths.SCENE_XML).is_file()
+    assert (paths.assets_folder() / ROBOT.mjcf).is_file()
 
 
 def test_every_file_of_a_run_has_a_plain_name_of_its_own():

@@ -30,8 +30,6 @@ _STEERING_PER_PERIOD: Final = 0.2
 """Gain from the error of heading to the turn rate while driving; the wheels and the period lag by about 0.02 s."""
 _ALIGNED_RAD: Final = 0.25
 """It drives only while it faces its course this closely; the rest of the turn overlaps with the start of the drive."""
-_TYRE_ACCELERATION_M_S2: Final = 2.5
-"""What a wheel's rim may gain or lose, turn and drive together: 40 % of what a grip of 3.1 N gives half a kilogram."""
 _APPROACH_PER_S: Final = 40.0
 _APPROACH_PER_PERIOD: Final = 0.4
 """Gain of the last approach: 40 a second, or 0.4 of the error a period where periods are long (stability)."""
@@ -111,17 +109,19 @@ def make_gains(
     front_reach_m: float,
     rear_reach_m: float,
     top_wheel_speed_rad_s: float,
+    tyre_acceleration_m_s2: float,
     cell_size_m: float,
 ) -> Gains:
     """Return the gains of a robot with these wheels and bumpers in cells of this size."""
+    top_rim_speed_m_s = top_wheel_speed_rad_s * wheel_radius_m
     return Gains(
         period_s=period_s,
         wheel_radius_m=wheel_radius_m,
         track_m=track_m,
         front_reach_m=front_reach_m,
         rear_reach_m=rear_reach_m,
-        top_rim_speed_m_s=top_wheel_speed_rad_s * wheel_radius_m,
-        max_speed_m_s=float(config.max_speed_m_s),
+        top_rim_speed_m_s=top_rim_speed_m_s,
+        max_speed_m_s=min(float(config.max_speed_m_s), top_rim_speed_m_s),
         forward_acceleration_m_s2=float(config.forward_acceleration_m_s2),
         backward_acceleration_m_s2=float(config.backward_acceleration_m_s2),
         max_turn_rate_rad_s=float(config.max_turn_rate_rad_s),
@@ -131,7 +131,7 @@ def make_gains(
         approach_per_s=min(_APPROACH_PER_S, _APPROACH_PER_PERIOD / period_s),
         steering_per_s=min(_STEERING_PER_S, _STEERING_PER_PERIOD / period_s),
         aligned_rad=_ALIGNED_RAD,
-        tyre_acceleration_m_s2=_TYRE_ACCELERATION_M_S2,
+        tyre_acceleration_m_s2=tyre_acceleration_m_s2,
         reaim_distance_m=config.reaim_fraction * cell_size_m,
         reaim_limit=config.reaim_limit,
     )

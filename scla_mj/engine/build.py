@@ -17,7 +17,7 @@ from scla_mj.loop.periods import run_periods
 from scla_mj.loop.simulation import Simulation
 from scla_mj.loop.task import Task
 from scla_mj.randomness import Consumer, generator
-from scla_mj.world.disturbance import Disturbance
+from scla_mj.world.domain_randomisation import DomainRandomisation
 from scla_mj.world.world import World
 
 _OF_THE_TASK: Final = (
@@ -56,7 +56,7 @@ def build_task(config: RunConfig | CheckedConfig, *, before_first_drive: Callabl
     settings, grid, clock = checked.config, checked.grid(), checked.clock
     streams = {consumer: generator(settings.seed, consumer) for consumer in _OF_THE_TASK}
     world = World(grid, clock)
-    disturbance = Disturbance(
+    randomisation = DomainRandomisation(
         world,
         settings.disturbance,
         control_period_s=clock.control_period_s,
@@ -73,7 +73,7 @@ def build_task(config: RunConfig | CheckedConfig, *, before_first_drive: Callabl
         world,
         clock,
         settings.controller,
-        disturbance=disturbance.interference,
+        perturbation=randomisation.perturbation,
         odometer=localiser.odometer,
         look=localiser.look,
         before_first_drive=before_first_drive,
@@ -85,7 +85,7 @@ def build_task(config: RunConfig | CheckedConfig, *, before_first_drive: Callabl
         world=world,
         driver=driver,
         noise=ActionNoise(settings.task.action_noise, rng=streams[Consumer.ACTION_NOISE]),
-        disturbance=disturbance,
+        randomisation=randomisation,
         localiser=localiser,
         streams=streams,
     )

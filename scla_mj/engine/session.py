@@ -176,7 +176,7 @@ class Session:
             mode=config.telemetry,
             grid=self._checked.grid(),
             clock=self._checked.clock,
-            model=self._simulation.world.model,
+            model=self._simulation.world.drawable_model(),
             run_id=self._run.run_id,
             protocol=config.protocol,
             ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),

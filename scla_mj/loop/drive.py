@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from scla_mj.clock import Clock
     from scla_mj.config import ControllerConfig
     from scla_mj.sense.odometry import Odometer
-    from scla_mj.world.interference import Interference
+    from scla_mj.world.perturbation import Perturbation
     from scla_mj.world.world import World
 
 
 class Driver:
     """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back.
 
-    `disturbance` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
+    `perturbation` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
     the truth, and `look` corrects that from where the robot stands and returns the correction in metres;
     `before_first_drive` is called once, such as to wait for code that another process compiles.
 
@@ -47,7 +47,7 @@ class Driver:
         clock: Clock,
         config: ControllerConfig,
         *,
-        disturbance: Interference | None = None,
+        perturbation: Perturbation | None = None,
         odometer: Odometer | None = None,
         look: Callable[[], float] | None = None,
         before_first_drive: Callable[[], None] | None = None,
@@ -57,27 +57,25 @@ class Driver:
         self._gains = make_gains(
             config,
             period_s=clock.control_period_s,
-            wheel_radius_m=world.wheel_radius_m,
-            track_m=world.track_m,
-            front_reach_m=world.front_reach_m,
-            rear_reach_m=world.rear_reach_m,
-            top_wheel_speed_rad_s=world.top_wheel_speed_rad_s,
             cell_size_m=world.grid.cell_size_m,
+            tyre_acceleration_m_s2=world.robot.tyre_acceleration_m_s2,
+            **world.dimensions._asdict(),
         )
         data = world.data
         body = Body(
             world.model._address,
             data._address,
             clock.physics_steps_per_control,
+            world.at,
             data.qpos,
             data.qvel,
             data.ctrl,
-            world.touch,
+            data.sensordata,
             np.empty(len(Ending._fields)),
         )
         self._ending = body.ending
         self._robot = robot_of(body, self._gains)
-        self._disturbance, self._odometer, self._look = disturbance, odometer, look
+        self._perturbation, self._odometer, self._look = perturbation, odometer, look
         self._before_first_drive = before_first_drive
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._leg_periods = max(1, self._timeout_periods // 2)
@@ -148,7 +146,7 @@ class Driver:
             limit,
             self.careful,
             *goal,
-            self._disturbance,
+            self._perturbation,
             self._odometer,
             self._rows,
             self._filled,

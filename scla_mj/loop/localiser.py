@@ -31,7 +31,8 @@ class Localiser:
         self._map = make_map(world.grid) if kind == "sensors" else None
         self.odometer = None
         if kind != "truth":
-            self.odometer = make_odometer(wheel_radius_m=world.wheel_radius_m, period_s=control_period_s, rng=rng)
+            rolling_radius_m = world.robot.rolling_radius * world.dimensions.wheel_radius_m
+            self.odometer = make_odometer(rolling_radius_m=rolling_radius_m, period_s=control_period_s, rng=rng)
 
     def position_m(self) -> tuple[float, float]:
         """Return where the robot believes to be, x and y on the floor."""
@@ -71,7 +72,7 @@ class Localiser:
         if self.odometer is None:
             return None
         grid, pose, (x_m, y_m) = self._world.grid, self._world.pose(), self.position_m()
-        right = grid.cell_at(x_m, y_m) == grid.cell_at(pose.x_m, pose.y_m)
+        right = math.isfinite(x_m + y_m) and grid.cell_at(x_m, y_m) == grid.cell_at(pose.x_m, pose.y_m)
         return Localised(math.hypot(x_m - pose.x_m, y_m - pose.y_m), right)
 
     def state(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The compiled loop: command, disturb, step physics, sense motion, one control period after another."""
+"""The compiled loop: command, perturb, step physics, sense motion, one control period after another."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from scla_mj.control.controller import begin, tick
 from scla_mj.control.motion import DRIVING, FRONT, REAR, STAND_STILL, STARTING, Gains, Goal, Motion, State
 from scla_mj.sense import odometry
 from scla_mj.sense.odometry import advance
-from scla_mj.world import interference
-from scla_mj.world.interference import interfere
+from scla_mj.world import perturbation, robot
+from scla_mj.world.perturbation import perturb
+from scla_mj.world.robot import Addresses
 from scla_mj.world.world import UPRIGHT_COSINE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scla_mj.sense.odometry import Odometer
-    from scla_mj.world.interference import Interference
+    from scla_mj.world.perturbation import Perturbation
 
 FAULT: Final = 3
 """Beside the controller's own outcomes: the robot fell, or its state or a command was not finite."""
@@ -44,15 +45,17 @@ mj_step: Final = types.ExternalFunction("mj_step", types.void(types.intp, types.
 
 
 class Body(NamedTuple):
-    """The robot as the compiled loop reaches it: addresses for `mj_step`, views of its data, room for an `Ending`."""
+    """The robot as the compiled loop reaches it: addresses for `mj_step`, where its parts are in the views of its data,
+    and room for an `Ending`."""
 
     model_address: int
     data_address: int
     steps_per_period: int
+    at: Addresses
     qpos: NDArray[np.float64]
     qvel: NDArray[np.float64]
     ctrl: NDArray[np.float64]
-    touch: NDArray[np.float64]
+    sensordata: NDArray[np.float64]
     ending: NDArray[np.float64]
 
 
@@ -66,18 +69,19 @@ class Ending(NamedTuple):
     finite: float
 
 
-_BODY: Final = len(Body._fields)
+_ADDRESSES: Final = len(Addresses._fields)
 _GAINS: Final = len(Gains._fields)
 
 
 @leaf_njit(inline="always")
 def _sense_motion(body: Body, touched: int) -> Motion:
     """Read the pose and the body's speeds, and how upright it is (not a number if the state is not)."""
-    w, x, y, z = body.qpos[3], body.qpos[4], body.qpos[5], body.qpos[6]
+    qpos, qvel, root, dof = body.qpos, body.qvel, body.at.root_qpos, body.at.root_dof
+    w, x, y, z = qpos[root + 3], qpos[root + 4], qpos[root + 5], qpos[root + 6]
     heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    speed = body.qvel[0] * math.cos(heading) + body.qvel[1] * math.sin(heading)
+    speed = qvel[dof] * math.cos(heading) + qvel[dof + 1] * math.sin(heading)
     upright = 1.0 - 2.0 * (x * x + y * y)
-    return Motion(body.qpos[0], body.qpos[1], heading, speed, body.qvel[5], touched, upright)
+    return Motion(qpos[root], qpos[root + 1], heading, speed, qvel[dof + 5], touched, upright)
 
 
 @leaf_njit(inline="always")
@@ -90,29 +94,33 @@ def _believed_motion(odometer: Odometer, true: Motion) -> Motion:
 @leaf_njit(inline="always")
 def _touch_of(body: Body) -> int:
     """Which bumpers touch after the latest step, as `Motion.touched` has them."""
-    return (FRONT if body.touch[0] > 0.0 else 0) | (REAR if body.touch[1] > 0.0 else 0)
+    at, force = body.at, body.sensordata
+    return (FRONT if force[at.front_touch] > 0.0 else 0) | (REAR if force[at.rear_touch] > 0.0 else 0)
 
 
 @leaf_njit(inline="always")
 def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
     """Fill a trajectory's row: the time, the pose with both wheels' angles, the wheel speeds as commanded."""
+    at, qpos, ctrl = body.at, body.qpos, body.ctrl
     row[0] = time_s
-    for i in range(9):
-        row[1 + i] = body.qpos[i]
-    row[10], row[11] = body.ctrl[0], body.ctrl[1]
+    for i in range(7):
+        row[1 + i] = qpos[at.root_qpos + i]
+    row[8], row[9] = qpos[at.left_qpos], qpos[at.right_qpos]
+    row[10], row[11] = ctrl[at.left_motor], ctrl[at.right_motor]
 
 
 @leaf_njit(inline="always")
 def _step(body: Body, left: float, right: float, step_s: float, odometer: Odometer | None) -> int:
     """Step the physics through a control period under these commands; return which bumpers touched in it."""
-    body.ctrl[0], body.ctrl[1] = left, right
+    at, qpos = body.at, body.qpos
+    body.ctrl[at.left_motor], body.ctrl[at.right_motor] = left, right
     touched, turned = 0, 0.0
     for _ in range(body.steps_per_period):
         mj_step(body.model_address, body.data_address)
         touched |= _touch_of(body)
-        turned += body.qvel[5] * step_s
+        turned += body.qvel[at.root_dof + 5] * step_s
     if odometer is not None:
-        advance(odometer, body.qpos[7], body.qpos[8], turned)
+        advance(odometer, qpos[at.left_qpos], qpos[at.right_qpos], turned)
     return touched
 
 
@@ -130,8 +138,10 @@ def _write_ending(body: Body) -> None:
 
 
 def robot_of(body: Body, gains: Gains) -> tuple[Any, ...]:
-    """Return the robot one array after another, the gains as one: numba takes tuples more slowly."""
-    return (*body, np.array(gains, np.float64))
+    """Return the robot array by array, its whole numbers as one array and its gains as one: numba takes tuples, and
+    numbers one by one, more slowly."""
+    numbers = np.array([body.model_address, body.data_address, body.steps_per_period, *body.at], np.int64)
+    return body.qpos, body.qvel, body.ctrl, body.sensordata, body.ending, numbers, np.array(gains, np.float64)
 
 
 @leaf_njit(inline="always")
@@ -142,7 +152,7 @@ def _drive(
     goal: Goal,
     gains: Gains,
     body: Body,
-    disturbance: Interference | None,
+    perturbation: Perturbation | None,
     odometer: Odometer | None,
     rows: NDArray[np.float64],
     elapsed: int,
@@ -164,14 +174,14 @@ def _drive(
             return period, FAULT
         if status != DRIVING:
             return period, status
-        if disturbance is not None:
-            left, right = interfere(disturbance, left, right)
+        if perturbation is not None:
+            left, right = perturb(perturbation, left, right)
         touched = _step(body, left, right, step_s, odometer)
         _write_row(rows[period], (elapsed + period + 1) * gains.period_s, body)
     return standing + limit, DRIVING
 
 
-@cached_njit(caution, controller, motion, profile, interference, odometry, nogil=True)
+@cached_njit(caution, controller, motion, profile, perturbation, robot, odometry, nogil=True)
 def run_periods(
     standing: int,
     limit: int,
@@ -180,7 +190,7 @@ def run_periods(
     start_y_m: float,
     target_x_m: float,
     target_y_m: float,
-    disturbance: Interference | None,
+    perturbation: Perturbation | None,
     odometer: Odometer | None,
     rows: NDArray[np.float64],
     filled: int,
@@ -193,7 +203,7 @@ def run_periods(
         standing, limit: control periods.
         careful: whether the robot has slipped before.
         start_x_m, start_y_m, target_x_m, target_y_m: the move's `Goal`.
-        disturbance, odometer: what comes between the command and the wheels, and what the robot steers by instead of
+        perturbation, odometer: what comes between the command and the wheels, and what the robot steers by instead of
             the truth, or None; numba then compiles a loop without.
         rows, filled: the trajectory, of which one row is written for every period that was run, behind those filled.
         elapsed: control periods since the run's start.
@@ -203,8 +213,10 @@ def run_periods(
         The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them; `ending` says
         where the robot is then.
     """
-    body, gains = Body(*robot[:_BODY]), Gains(*to_fixed_tuple(robot[_BODY], _GAINS))
-    goal = Goal(start_x_m, start_y_m, target_x_m, target_y_m)
-    periods, status = _drive(standing, limit, careful, goal, gains, body, disturbance, odometer, rows[filled:], elapsed)
+    qpos, qvel, ctrl, sensordata, ending, whole, real = robot
+    at, gains = Addresses(*to_fixed_tuple(whole[3:], _ADDRESSES)), Gains(*to_fixed_tuple(real, _GAINS))
+    body = Body(whole[0], whole[1], whole[2], at, qpos, qvel, ctrl, sensordata, ending)
+    goal, rows = Goal(start_x_m, start_y_m, target_x_m, target_y_m), rows[filled:]
+    periods, status = _drive(standing, limit, careful, goal, gains, body, perturbation, odometer, rows, elapsed)
     _write_ending(body)
     return periods, status

@@ -16,7 +16,7 @@ from scla_mj.loop.localiser import Localiser
 from scla_mj.randomness import Consumer, generator
 from scla_mj.sense.target_sensor import TargetSensor
 from scla_mj.signals import Feedback, Localised, Move, Outcome, Percept
-from scla_mj.world.disturbance import Disturbance
+from scla_mj.world.domain_randomisation import DomainRandomisation
 from scla_mj.world.world import World
 
 _QUARTER_TURN_RAD: Final = math.pi / 2
@@ -56,7 +56,7 @@ class Task:
         world: World,
         driver: Driver,
         noise: ActionNoise,
-        disturbance: Disturbance,
+        randomisation: DomainRandomisation,
         localiser: Localiser,
         streams: Mapping[Consumer, np.random.Generator],
     ) -> None:
@@ -68,7 +68,7 @@ class Task:
         self._sensor = TargetSensor(grid)
         self._driver = driver
         self._noise = noise
-        self._disturbance = disturbance
+        self._randomisation = randomisation
         self._localiser = localiser
         self._streams = streams
         self._spawn = streams[Consumer.SPAWN]
@@ -124,7 +124,7 @@ class Task:
         """
         cell = self._starts[self._spawn.integers(len(self._starts))]
         heading_rad = _QUARTER_TURN_RAD * int(self._spawn.integers(4))
-        self._disturbance.renew()
+        self._randomisation.renew()
         self.world.spawn(cell, heading_rad, derive=False)
         self._localiser.told()
         self._driver.careful = False
@@ -150,7 +150,7 @@ class Task:
             "world": self.world.state(),
             "driver": self._driver.state(),
             "noise": self._noise.state(),
-            "disturbance": self._disturbance.state(),
+            "randomisation": self._randomisation.state(),
             "localiser": self._localiser.state(),
             "spawn": self._spawn.bit_generator.state,
             "failures": self._failures,
@@ -158,7 +158,7 @@ class Task:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continue from a `state`, bit for bit, once the target is where it was (see `move_target`)."""
-        self._disturbance.restore(state["disturbance"])  # before the world's state, which is one of that model
+        self._randomisation.restore(state["randomisation"])  # before the world's state, which is one of that model
         self.world.restore(state["world"])
         self._driver.restore(state["driver"])
         self._noise.restore(state["noise"])

@@ -18,9 +18,6 @@ GYRO_NOISE_DEG_SQRT_S: Final = 0.01
 GYRO_BIAS_DEG_S: Final = 0.1
 """Standard deviation of what is left of the gyro's bias once a mean at rest is taken off: the MPU-9250 drifts by
 30 deg/s over 125 kelvin, so half a kelvin of warming later it is off by this much."""
-ROLLING_RADIUS: Final = 0.988
-"""The radius on which a loaded tyre rolls, as a fraction of the nominal one: measured over a known distance, as one
-calibrates a real robot (tests/sense/test_odometry.py drives it); half of how deep the tyre is pressed in is as much."""
 
 
 class Odometer(NamedTuple):
@@ -40,12 +37,12 @@ class Odometer(NamedTuple):
     counts: NDArray[np.float64]
 
 
-def make_odometer(*, wheel_radius_m: float, period_s: float, rng: np.random.Generator) -> Odometer:
-    """Return the odometer of a robot with these wheels, at the origin; its gyro's bias is drawn now, at power-on."""
+def make_odometer(*, rolling_radius_m: float, period_s: float, rng: np.random.Generator) -> Odometer:
+    """Return an odometer at the origin for wheels of this rolling radius; the gyro's bias is drawn now, at power-on."""
     counts_per_rad = ENCODER_COUNTS / math.tau
     return Odometer(
         rng=rng,
-        metres_per_count=ROLLING_RADIUS * wheel_radius_m / counts_per_rad,
+        metres_per_count=rolling_radius_m / counts_per_rad,
         counts_per_rad=counts_per_rad,
         period_s=period_s,
         gyro_noise_rad=math.radians(GYRO_NOISE_DEG_SQRT_S) * math.sqrt(period_s),

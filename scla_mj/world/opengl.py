@@ -1,4 +1,4 @@
-"""Which OpenGL dm_control is to load: it tries glfw first, which warns and cannot draw where there is no display."""
+"""dm_control over MuJoCo's data, and the OpenGL it loads: glfw first, which warns and cannot draw without a display."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import ctypes.util
 import os
 import sys
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,7 +15,7 @@ _VARIABLE: Final = "MUJOCO_GL"
 
 
 @contextlib.contextmanager
-def opengl_without_display() -> Iterator[None]:
+def _opengl_without_display() -> Iterator[None]:
     """While dm_control is imported, point it to EGL, or to none, unless there is a display or the user chose."""
     has_display = not sys.platform.startswith("linux") or "DISPLAY" in os.environ
     if has_display or _VARIABLE in os.environ:
@@ -26,3 +26,10 @@ def opengl_without_display() -> Iterator[None]:
         yield
     finally:
         del os.environ[_VARIABLE]
+
+
+def make_physics(data: Any) -> Any:
+    """Return a `dm_control.mujoco.Physics` of these data and of their model."""
+    with _opengl_without_display():
+        from dm_control.mujoco import Physics, wrapper
+    return Physics(wrapper.MjData(data))

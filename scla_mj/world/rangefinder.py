@@ -35,10 +35,10 @@ def ranges_m(world: World, angles_rad: NDArray[np.float64], *, reach_m: float) -
         Lengths in metres, a ray each; infinite where there is no echo.
     """
     elements = np.empty(9)
-    mujoco.mju_quat2Mat(elements, world.data.qpos[3:7])
+    mujoco.mju_quat2Mat(elements, world.root_qpos[3:])
     frame = elements.reshape(3, 3)
     rays = np.column_stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(len(angles_rad))]) @ frame.T
-    origin = world.data.qpos[:3] + _ABOVE_AXLE_M * frame[:, 2]
+    origin = world.root_qpos[:3] + _ABOVE_AXLE_M * frame[:, 2]
     groups, met = np.zeros(mujoco.mjNGROUP, dtype=np.uint8), np.empty(1, dtype=np.int32)
     groups[names.WALL_GROUP] = 1
     # One by one: mj_multiRay (3.17) loses the walls, which only planes can touch, where the floor has closed cells.

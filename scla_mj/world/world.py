@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -9,15 +10,18 @@ import mujoco
 import numpy as np
 
 from scla_mj.errors import SclaError
-from scla_mj.world import names
 from scla_mj.world.arena import compose
-from scla_mj.world.opengl import opengl_without_display
+from scla_mj.world.opengl import make_physics
+from scla_mj.world.robot import ROBOT, locate, measure, one_line
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from scla_mj.clock import Clock
     from scla_mj.grid import Cell, Grid
+    from scla_mj.world.robot import Robot
 
 UPRIGHT_COSINE: Final = 0.9
 """A chassis whose up axis leans further than this (26 degrees) has fallen: the wheels no longer carry it."""
@@ -44,32 +48,31 @@ class Pose(NamedTuple):
 
 
 class World:
-    """The compiled arena of one grid.
+    """The compiled arena of one grid with one robot; a `lean` one cannot be drawn, and steps a sixth faster.
 
     Attributes:
+        grid: the floor, with the target where it is now.
+        robot, at, dimensions: the robot, its parts' addresses, and its measures in the compiled model.
         model, data: raw MuJoCo; whoever steps `data` adds the steps to `steps`, which `faults` compares with the time.
-        wheel_radius_m, track_m, top_wheel_speed_rad_s: the robot's wheel radius, wheel separation and top wheel speed,
-            read from the compiled model.
-        front_reach_m, rear_reach_m: how far its bumpers stand out from the axle.
+        root_qpos: a view of the robot's position and quaternion, shape (7,).
+
+    Raises:
+        SclaError: the robot's file cannot be read or compiled, or lacks a part that the robot names.
     """
 
-    def __init__(self, grid: Grid, clock: Clock) -> None:
+    def __init__(self, grid: Grid, clock: Clock, robot: Robot = ROBOT, *, lean: bool = True) -> None:
         _silence_warning_log()
-        self.grid = grid
-        self.model: Any = compose(grid, clock).compile()
+        self.grid, self.robot = grid, robot
+        self._clock = clock
+        self.model: Any = self._compile(lean=lean)
         self.data: Any = mujoco.MjData(self.model)
+        self.at, self.dimensions = locate(self.model, robot), measure(self.model, robot)
         # Views, taken once: an attribute of MjData costs as much as a move's arithmetic.
         self._qpos, self._qvel, self._warnings = self.data.qpos, self.data.qvel, self.data.warning.number
+        self._root = slice(self.at.root_qpos, self.at.root_qpos + 7)
+        self.root_qpos: NDArray[np.float64] = self._qpos[self._root]
         self._timestep = float(self.model.opt.timestep)
         self.steps = 0
-        self.wheel_radius_m = float(self.model.geom(names.WHEEL_CONTACTS[0]).size[0])
-        self.track_m = float(np.ptp([self.model.body(wheel).pos[1] for wheel in names.WHEELS]))
-        self.front_reach_m, self.rear_reach_m = (
-            abs(float(self.model.body(self.model.geom(bumper).bodyid[0]).pos[0]))
-            + float(self.model.geom(bumper).size[0])
-            for bumper in names.BUMPERS
-        )
-        self.top_wheel_speed_rad_s = float(self.model.actuator_ctrlrange[:, 1].min())
         self._physics: Any = None
         self._resting_qpos = self._settle()
         self._spawned: dict[tuple[Cell, float], NDArray[np.float64]] = {}
@@ -79,17 +82,18 @@ class World:
     def physics(self) -> Any:
         """The same model and data as a `dm_control.mujoco.Physics`, made at first use: importing dm_control is slow."""
         if self._physics is None:
-            with opengl_without_display():
-                from dm_control.mujoco import Physics, wrapper
-            self._physics = Physics(wrapper.MjData(self.data))
+            self._physics = make_physics(self.data)
         return self._physics
 
-    @property
-    def touch(self) -> NDArray[np.float64]:
-        """A view, shape (2,), of the front and rear bumper's touch force in newtons after the latest step."""
-        first = int(self.model.sensor(names.TOUCH_SENSORS[0]).adr[0])
-        view: NDArray[np.float64] = self.data.sensordata[first : first + len(names.TOUCH_SENSORS)]
-        return view
+    def drawable_model(self) -> Any:
+        """Compile the arena and the robot with all that is for looks, which takes this world's states."""
+        return self._compile(lean=False)
+
+    def _compile(self, *, lean: bool) -> Any:
+        try:
+            return compose(self.grid, self._clock, self.robot, lean=lean).compile()
+        except ValueError as error:
+            raise SclaError(f"cannot compile {self.robot.mjcf}: {one_line(error)}") from error
 
     def spawn(self, cell: Cell, heading_rad: float, *, derive: bool = True) -> None:
         """Put the robot at rest on a cell's centre: whole state reset, time 0, standing at its own resting height.
@@ -118,16 +122,15 @@ class World:
             raise SclaError(f"cannot spawn at ({cell.x}, {cell.y}): it is closed or off the floor; choose an open cell")
         mujoco.mj_resetData(self.model, self.data)
         self._qpos[:] = self._resting_qpos
-        self._qpos[:2] = self.grid.centre_m(cell)
+        self.root_qpos[:2] = self.grid.centre_m(cell)
         turn = np.array([math.cos(heading_rad / 2), 0.0, 0.0, math.sin(heading_rad / 2)])
-        mujoco.mju_mulQuat(self._qpos[3:7], turn, self._resting_qpos[3:7])
+        mujoco.mju_mulQuat(self.root_qpos[3:], turn, self._resting_qpos[self._root][3:])
         mujoco.mj_forward(self.model, self.data)
         return self._integrated()
 
     def move_target(self, cell: Cell) -> None:
-        """Paint the target on another cell; it is a mark on the floor and touches nothing."""
-        for name in (names.TARGET_RING, names.TARGET_DISC):
-            self.model.geom(name).pos[:2] = self.grid.centre_m(cell)
+        """Put the target on another cell; it is a mark on the floor that touches nothing."""
+        self.grid = dataclasses.replace(self.grid, target=cell)
 
     def state(self) -> dict[str, Any]:
         """Return all that MuJoCo integrates, as one array, and the count of its steps."""
@@ -154,14 +157,13 @@ class World:
 
     def pose(self) -> Pose:
         """Return the robot's physical pose."""
-        x, y, _, qw, qx, qy, qz = self._qpos[:7].tolist()
+        x, y, _, qw, qx, qy, qz = self.root_qpos.tolist()
         heading = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
         return Pose(x, y, heading, 1 - 2 * (qx * qx + qy * qy))
 
     def wheel_angles_rad(self) -> NDArray[np.float64]:
         """Return how far the left and the right wheel have turned, shape (2,)."""
-        angles: NDArray[np.float64] = self._qpos[7:9].copy()
-        return angles
+        return np.array([self._qpos[self.at.left_qpos], self._qpos[self.at.right_qpos]])
 
     def can_drive(self) -> bool:
         """Tell whether the robot can drive on from where it is now: upright, and its whole state finite."""
@@ -197,26 +199,27 @@ class World:
 
         `scratch` is a fresh `MjData` of the model, for the robot to come to rest in.
         """
-        scratch.qpos[2] += _DROP_M
+        scratch.qpos[self._root][2] += _DROP_M
         self._let_rest(scratch)
-        resting: NDArray[np.float64] = scratch.qpos.copy()
-        qw, qx, qy, qz = resting[3:7].tolist()
+        rest = scratch.qpos[self._root]
+        qw, qx, qy, qz = rest[3:].tolist()
         half = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)) / 2
-        mujoco.mju_mulQuat(resting[3:7], np.array([math.cos(half), 0, 0, -math.sin(half)]), scratch.qpos[3:7])
-        resting[:2] = 0.0
-        resting[7:] = 0.0
-        self._resting_qpos = resting
+        turned = np.empty(4)
+        mujoco.mju_mulQuat(turned, np.array([math.cos(half), 0, 0, -math.sin(half)]), rest[3:])
+        self._resting_qpos = self._at_origin(rest[2], turned)
         self._spawned.clear()
 
     def _settle(self) -> NDArray[np.float64]:
         """Let the robot come to rest, and return its qpos there, at the origin, heading along +x."""
         self._let_rest(self.data)
-        resting: NDArray[np.float64] = self.data.qpos.copy()
-        pitch = 2 * math.atan2(resting[5], resting[3])
-        resting[:2] = 0.0
-        resting[3:7] = math.cos(pitch / 2), 0.0, math.sin(pitch / 2), 0.0
-        resting[7:] = 0.0
-        return resting
+        half = math.atan2(self.root_qpos[5], self.root_qpos[3])
+        return self._at_origin(self.root_qpos[2], [math.cos(half), 0.0, math.sin(half), 0.0])
+
+    def _at_origin(self, height_m: float, quaternion: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the qpos of a robot above the floor's centre, its wheels not turned."""
+        qpos = np.zeros(self.model.nq)
+        qpos[self._root] = 0.0, 0.0, height_m, *quaternion
+        return qpos
 
     def _let_rest(self, data: Any) -> None:
         """Let the robot stand until it rests, at the floor's centre: through a closed cell that may be there."""

@@ -35,6 +35,7 @@ GAINS = make_gains(
     front_reach_m=0.066,
     rear_reach_m=0.112,
     top_wheel_speed_rad_s=25.0,
+    tyre_acceleration_m_s2=2.5,
     cell_size_m=0.30,
 )
 GOAL = Goal(0.0, 0.0, 0.30, 0.0)

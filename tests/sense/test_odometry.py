@@ -16,15 +16,15 @@ from scla_mj.sense.odometry import (
     ENCODER_COUNTS,
     GYRO_BIAS_DEG_S,
     GYRO_NOISE_DEG_SQRT_S,
-    ROLLING_RADIUS,
     advance,
     make_odometer,
     place,
 )
+from scla_mj.world.robot import BURGER
 from scla_mj.world.world import World
 
 PERIOD_S, RADIUS_M = 0.01, 0.033
-ROLLING_M = ROLLING_RADIUS * RADIUS_M
+ROLLING_M = BURGER.rolling_radius * RADIUS_M
 
 
 @njit
@@ -39,7 +39,7 @@ def compiled_standstill(odometer, periods):
 
 
 def make(seed=0, *, silent=True, x=0.0, y=0.0, heading=0.0):
-    odometer = make_odometer(wheel_radius_m=RADIUS_M, period_s=PERIOD_S, rng=np.random.default_rng(seed))
+    odometer = make_odometer(rolling_radius_m=ROLLING_M, period_s=PERIOD_S, rng=np.random.default_rng(seed))
     if silent:
         odometer.gyro_bias_rad_s[0] = 0.0
         odometer = odometer._replace(gyro_noise_rad=0.0)
@@ -110,4 +110,4 @@ def test_the_calibration_drive_measures_the_rolling_radius():
         x, wheel = world.data.qpos[0], world.data.qpos[7]
         mujoco.mj_step(world.model, world.data, nstep=round(3.0 / (speed_rad_s * RADIUS_M * clock.physics_step_s)))
         measured.append((world.data.qpos[0] - x) / (world.data.qpos[7] - wheel) / RADIUS_M)
-    assert measured == pytest.approx([ROLLING_RADIUS] * 3, abs=0.003)
+    assert measured == pytest.approx([BURGER.rolling_radius] * 3, abs=0.003)

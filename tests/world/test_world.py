@@ -13,7 +13,7 @@ from scla_mj.clock import resolve_clock
 from scla_mj.config import ClockConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
-from scla_mj.world import names
+from scla_mj.world.robot import BURGER, PREFIX
 from scla_mj.world.world import World
 
 CLOCK = resolve_clock(ClockConfig())
@@ -24,18 +24,20 @@ def make_world(cells=(5, 5), clock=CLOCK):
 
 
 def roll(world, left, right, steps):
-    """Command the wheels for some steps, and return the sensors' record, a row a step."""
+    """Command the wheels for some steps, and return the speeds and the sensors, one row per step each."""
     world.data.ctrl[:] = left, right
-    rows = []
+    speeds, sensed = [], []
     for _ in range(steps):
         mujoco.mj_step(world.model, world.data)
         world.steps += 1
-        rows.append(world.data.sensordata.copy())
-    return np.array(rows)
+        speeds.append(world.data.qvel.copy())
+        sensed.append(world.data.sensordata.copy())
+    return np.array(speeds), np.array(sensed)
 
 
-def column(world, name):
-    return int(world.model.sensor(f"robot/{name}").adr[0])
+def wheels(world):
+    """The joints of the left and the right wheel, as MuJoCo names their parts."""
+    return [world.data.joint(PREFIX + joint) for joint in BURGER.wheel_joints]
 
 
 def test_a_spawned_robot_rests_where_it_was_put():
@@ -85,44 +87,35 @@ def test_unequal_wheels_drive_the_circle_of_the_closed_form():
     roll(world, 5.0, 7.0, 100)
     points = []
     for _ in range(1000):
-        record = roll(world, 5.0, 7.0, 1)
+        roll(world, 5.0, 7.0, 1)
         points.append(world.pose()[:2])
     x, y = np.array(points).T
     solution, *_ = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x**2 + y**2, rcond=None)
     radius = math.sqrt(solution[2] + solution[0] ** 2 + solution[1] ** 2)
-    left, right = record[-1, column(world, "speed_left")], record[-1, column(world, "speed_right")]
+    left, right = (float(wheel.qvel[0]) for wheel in wheels(world))
     assert radius == pytest.approx(0.160 / 2 * (right + left) / (right - left), rel=0.003)
 
 
-def test_encoders_times_the_radius_are_the_distance():
+def test_a_wheels_turn_times_its_radius_is_the_distance():
     world = make_world((20, 20))
     world.spawn(Cell(3, 10), 0.0)
     start = world.pose().x_m
-    record = roll(world, 6.0, 6.0, 500)
-    turned = record[-1, column(world, "encoder_left")]
+    roll(world, 6.0, 6.0, 500)
+    turned, right_turned = world.wheel_angles_rad()
     # A loaded tyre rolls on a slightly smaller radius (1.2 % here, from the contact's compliance).
     assert turned * 0.033 == pytest.approx(world.pose().x_m - start, rel=0.02)
-    assert turned == pytest.approx(record[-1, column(world, "encoder_right")], rel=1e-6)
-    assert record[-1, column(world, "speed_left")] == pytest.approx(6.0, rel=1e-3)
+    assert turned == pytest.approx(right_turned, rel=1e-6)
+    assert wheels(world)[0].qvel[0] == pytest.approx(6.0, rel=1e-3)
 
 
-def test_the_gyro_integrates_to_the_yaw():
+def test_the_turn_rate_adds_up_to_the_yaw():
+    """What odometry integrates as its gyro: after each step, as the step moves the robot by its new speeds."""
     world = make_world()
     world.spawn(Cell(3, 3), 0.0)
-    record = roll(world, -4.0, 4.0, 80)
-    mujoco.mj_forward(world.model, world.data)  # a step's sensors are those of its start, and it moves by its new rate
-    rates = np.append(record[:, column(world, "gyro") + 2], world.data.sensordata[column(world, "gyro") + 2])
-    yaw_from_gyro = rates[1:].sum() * CLOCK.physics_step_s
-    assert yaw_from_gyro == pytest.approx(world.pose().heading_rad, abs=0.002)
-    assert abs(yaw_from_gyro) > 0.5
-
-
-def test_the_accelerometer_at_rest_measures_gravity():
-    world = make_world()
-    world.spawn(Cell(3, 3), 0.0)
-    record = roll(world, 0.0, 0.0, 30)
-    first = column(world, "accelerometer")
-    assert np.linalg.norm(record[-1, first : first + 3]) == pytest.approx(9.81, rel=1e-3)
+    speeds, _ = roll(world, -4.0, 4.0, 80)
+    yaw = speeds[:, world.at.root_dof + 5].sum() * CLOCK.physics_step_s
+    assert yaw == pytest.approx(world.pose().heading_rad, abs=0.002)
+    assert abs(yaw) > 0.5
 
 
 def test_wheels_at_rest_bring_a_rolling_robot_to_a_stop():
@@ -138,8 +131,8 @@ def test_wheels_at_rest_bring_a_rolling_robot_to_a_stop():
 def test_the_bumper_that_meets_the_wall_feels_it(heading, speed, bumper):
     world = make_world()
     world.spawn(Cell(5, 3), heading)
-    record = roll(world, speed, speed, 100)
-    felt = [(record[:, column(world, name.removeprefix("robot/"))] > 0).any() for name in names.TOUCH_SENSORS]
+    _, sensed = roll(world, speed, speed, 100)
+    felt = [(sensed[:, address] > 0).any() for address in (world.at.front_touch, world.at.rear_touch)]
     assert felt[bumper]
     assert not felt[1 - bumper]
     assert world.pose().x_m < 0.75
@@ -151,7 +144,7 @@ def test_dm_control_sees_the_very_same_model_and_data():
     assert physics.model.ptr is world.model
     assert physics.data.ptr is world.data
     world.spawn(Cell(1, 2), 0.0)
-    assert physics.named.data.qpos[names.ROOT_JOINT][:2] == pytest.approx([-0.60, -0.30])
+    assert physics.named.data.qpos[PREFIX + BURGER.root_joint][:2] == pytest.approx([-0.60, -0.30])
     before = world.data.time
     physics.step()
     assert world.data.time == pytest.approx(before + CLOCK.physics_step_s)

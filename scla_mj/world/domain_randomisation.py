@@ -1,4 +1,4 @@
-"""The robot as it is, not as its controller believes: what a re-spawn changes in the physical model."""
+"""Domain randomisation: grip, mass, wheel radii and tilt of the floor, drawn anew for every episode."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mujoco
 import numpy as np
 
-from scla_mj.world import names
-from scla_mj.world.interference import make_interference
+from scla_mj.world.perturbation import make_perturbation
 
 if TYPE_CHECKING:
     from scla_mj.disturbances import DisturbanceConfig
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Draw(NamedTuple):
-    """One robot on one floor: factors on grip, mass and each wheel's radius, and the way that the floor falls."""
+    """The parameters of one episode: factors on grip, mass and each wheel's radius, and the downhill direction."""
 
     friction: float = 1.0
     mass: float = 1.0
@@ -26,12 +25,12 @@ class Draw(NamedTuple):
     downhill_rad: float = 0.0
 
 
-class Disturbance:
-    """Changes the world's model at each re-spawn, and holds what interferes with a drive.
+class DomainRandomisation:
+    """Draws the world's physical parameters for each episode; the controller goes on with the nominal ones.
 
     Attributes:
-        draw: the robot and the floor as they are now.
-        interference: what the compiled loop takes, or None where nothing interferes with a drive.
+        draw: the parameters as they are now.
+        perturbation: what perturbs the drives of an episode, for the compiled loop; None where nothing does.
     """
 
     def __init__(
@@ -47,43 +46,45 @@ class Disturbance:
         self._config = config
         self._changes_model = config.model_changes
         self._rng = model_rng
-        self._nominal = _Nominal(world.model)
+        self._nominal = _Nominal(world)
         self.draw = Draw()
-        chassis = world.model.body(names.CHASSIS).id
-        self.interference = make_interference(
-            config, control_period_s=control_period_s, external_force=world.data.xfrc_applied[chassis], rng=drive_rng
+        self.perturbation = make_perturbation(
+            config,
+            control_period_s=control_period_s,
+            external_force=world.data.xfrc_applied[world.at.chassis],
+            rng=drive_rng,
         )
 
     def renew(self) -> None:
-        """Draw another robot and another floor; a spawn must follow, since the robot stands otherwise on them."""
+        """Draw new physical parameters; call spawn afterwards, as the robot then rests at another height."""
         if self._changes_model:
             self._apply(self._drawn())
-        if self.interference is not None:
-            self.interference.late[:] = 0.0
-            self.interference.push[:] = 0.0
+        if self.perturbation is not None:
+            self.perturbation.late[:] = 0.0
+            self.perturbation.push[:] = 0.0
             mass_kg = float(self._world.model.body_mass.sum())
-            self.interference.strongest_push_n[0] = self._config.push_n_per_kg * mass_kg
+            self.perturbation.strongest_push_n[0] = self._config.push_n_per_kg * mass_kg
 
     def state(self) -> dict[str, Any]:
-        """Return all that `restore` needs to go on bit for bit."""
+        """Return all that `restore` needs to resume to the bit."""
         state: dict[str, Any] = {"draw": list(self.draw), "model_rng": self._rng.bit_generator.state}
-        if self.interference is not None:
-            state["late"] = self.interference.late.copy()
-            state["push"] = self.interference.push.copy()
-            state["strongest_push_n"] = self.interference.strongest_push_n.copy()
-            state["drive_rng"] = self.interference.rng.bit_generator.state
+        if self.perturbation is not None:
+            state["late"] = self.perturbation.late.copy()
+            state["push"] = self.perturbation.push.copy()
+            state["strongest_push_n"] = self.perturbation.strongest_push_n.copy()
+            state["drive_rng"] = self.perturbation.rng.bit_generator.state
         return state
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from `state`: the model, and what interferes; the world's own state is the world's to restore."""
+        """Resume from a `state`: the model and the perturbation; the world restores its own state."""
         self._rng.bit_generator.state = state["model_rng"]
         if self._changes_model:
             self._apply(Draw(*state["draw"]))
-        if self.interference is not None:
-            self.interference.late[:] = state["late"]
-            self.interference.push[:] = state["push"]
-            self.interference.strongest_push_n[:] = state["strongest_push_n"]
-            self.interference.rng.bit_generator.state = state["drive_rng"]
+        if self.perturbation is not None:
+            self.perturbation.late[:] = state["late"]
+            self.perturbation.push[:] = state["push"]
+            self.perturbation.strongest_push_n[:] = state["strongest_push_n"]
+            self.perturbation.rng.bit_generator.state = state["drive_rng"]
 
     def _drawn(self) -> Draw:
         """Draw every factor every time, so that one set's draws do not depend on which others are on."""
@@ -102,9 +103,9 @@ class Disturbance:
         self.draw = draw
         model.body_mass[:] = nominal.body_mass * draw.mass
         model.body_inertia[:] = nominal.body_inertia * draw.mass
-        for pair in nominal.tyre_pairs:
+        for pair in nominal.grips:
             model.pair_friction[pair, :2] = nominal.grip * draw.friction
-        for geom, factor in zip(nominal.wheel_geoms, (draw.left_radius, draw.right_radius), strict=True):
+        for geom, factor in zip(nominal.tyres, (draw.left_radius, draw.right_radius), strict=True):
             radius_m = nominal.radius_m * factor
             model.geom_size[geom, 0] = radius_m
             model.geom_rbound[geom] = radius_m
@@ -122,11 +123,11 @@ class Disturbance:
 class _Nominal:
     """The model's own figures, copied before anything changes them."""
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, world: World) -> None:
+        model, at = world.model, world.at
         self.body_mass = model.body_mass.copy()
         self.body_inertia = model.body_inertia.copy()
-        self.tyre_pairs = [model.pair(f"{wheel}_floor").id for wheel in names.WHEEL_CONTACTS]
-        self.grip = float(model.pair_friction[self.tyre_pairs[0], 0])
-        self.wheel_geoms = [model.geom(wheel).id for wheel in names.WHEEL_CONTACTS]
-        self.radius_m = float(model.geom_size[self.wheel_geoms[0], 0])
+        self.grips, self.tyres = (at.left_grip, at.right_grip), (at.left_tyre, at.right_tyre)
+        self.grip = float(model.pair_friction[at.left_grip, 0])
+        self.radius_m = float(model.geom_size[at.left_tyre, 0])
         self.gravity_m_s2 = float(np.linalg.norm(model.opt.gravity))

@@ -1,4 +1,5 @@
-"""A disturbed robot against closed forms: what is changed acts as physics says, and nothing else changes."""
+"""Domain randomisation and perturbations against closed forms: what changes acts as physics says, and nothing else
+changes."""
 
 from __future__ import annotations
 
@@ -14,9 +15,8 @@ from scla_mj.clock import resolve_clock
 from scla_mj.config import ClockConfig
 from scla_mj.disturbances import PUSH_EVERY_S, PUSH_S, DisturbanceConfig, with_sets
 from scla_mj.grid import Cell, Grid
-from scla_mj.world import names
-from scla_mj.world.disturbance import Disturbance
-from scla_mj.world.interference import interfere
+from scla_mj.world.domain_randomisation import DomainRandomisation
+from scla_mj.world.perturbation import perturb
 from scla_mj.world.world import World
 
 CLOCK = resolve_clock(ClockConfig())
@@ -25,17 +25,17 @@ STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 @njit
-def compiled_interfere(interference, left, right):
-    return interfere(interference, left, right)
+def compiled_perturb(perturbation, left, right):
+    return perturb(perturbation, left, right)
 
 
 def make(seed=0, cells=(21, 21), **settings):
     world = World(Grid(cells, Cell(3, 3), 0.30), CLOCK)
-    return world, disturb(world, seed, **settings)
+    return world, randomise(world, seed, **settings)
 
 
-def disturb(world, seed=0, **settings):
-    return Disturbance(
+def randomise(world, seed=0, **settings):
+    return DomainRandomisation(
         world,
         DisturbanceConfig(**settings),
         control_period_s=CLOCK.control_period_s,
@@ -44,8 +44,8 @@ def disturb(world, seed=0, **settings):
     )
 
 
-def respawn(world, disturbance, heading=0.0):
-    disturbance.renew()
+def respawn(world, randomisation, heading=0.0):
+    randomisation.renew()
     world.spawn(Cell(11, 11), heading)
 
 
@@ -63,7 +63,7 @@ def load_on_the_tyres(world):
     force, load = np.zeros(6), 0.0
     for i, contact in enumerate(world.data.contact):
         mujoco.mj_contactForce(world.model, world.data, i, force)
-        load += force[0] if world.model.geom(contact.geom2).name in names.WHEEL_CONTACTS else 0.0
+        load += force[0] if contact.geom2 in (world.at.left_tyre, world.at.right_tyre) else 0.0
     return load
 
 
@@ -75,8 +75,8 @@ def velocity_of_the_mass(world):
 @pytest.mark.parametrize("scale", [0.3, 0.6])
 def test_a_sliding_robot_loses_the_momentum_that_scaled_friction_takes(scale):
     """Locked wheels slide: m dv = mu times the tyres' load times dt, the caster being free of friction."""
-    world, disturbance = make(friction_scale=(scale, scale))
-    respawn(world, disturbance)
+    world, randomisation = make(friction_scale=(scale, scale))
+    respawn(world, randomisation)
     world.model.dof_damping[6:8] = 100.0
     world.data.qvel[0] = -2.0
     mujoco.mj_step(world.model, world.data, nstep=20)
@@ -91,17 +91,17 @@ def test_a_sliding_robot_loses_the_momentum_that_scaled_friction_takes(scale):
 
 @pytest.mark.parametrize("scale", [0.7, 1.3])
 def test_the_floor_carries_the_scaled_weight(scale):
-    world, disturbance = make(mass_scale=(scale, scale))
+    world, randomisation = make(mass_scale=(scale, scale))
     nominal_kg = world.model.body_mass.sum()
-    respawn(world, disturbance)
+    respawn(world, randomisation)
     assert weight_on_the_floor(world) == pytest.approx(scale * nominal_kg * GRAVITY, rel=1e-6)
 
 
 def test_a_heavier_robot_is_as_hard_to_turn_as_it_is_heavy():
     """The joint-space inertia is linear in the bodies' masses, rotors and all."""
-    world, disturbance = make(mass_scale=(1.3, 1.3))
+    world, randomisation = make(mass_scale=(1.3, 1.3))
     plain = World(Grid((21, 21), Cell(3, 3), 0.30), CLOCK)
-    respawn(world, disturbance)
+    respawn(world, randomisation)
     plain.spawn(Cell(11, 11), 0.0)
     accelerations = np.random.default_rng(0).normal(size=world.model.nv)
     heavy, nominal = np.zeros(world.model.nv), np.zeros(world.model.nv)
@@ -112,8 +112,8 @@ def test_a_heavier_robot_is_as_hard_to_turn_as_it_is_heavy():
 
 
 def test_a_tilted_floor_pulls_at_g_times_the_sine_of_its_slope():
-    world, disturbance = make(tilt_deg=2.0)
-    respawn(world, disturbance)
+    world, randomisation = make(tilt_deg=2.0)
+    respawn(world, randomisation)
     along, across, down = world.model.opt.gravity
     assert math.hypot(along, across) == pytest.approx(GRAVITY * math.sin(math.radians(2.0)))
     assert down == pytest.approx(-GRAVITY * math.cos(math.radians(2.0)))
@@ -126,19 +126,19 @@ def test_a_tilted_floor_pulls_at_g_times_the_sine_of_its_slope():
 
 
 def test_the_floor_falls_any_way():
-    world, disturbance = make(tilt_deg=2.0)
+    world, randomisation = make(tilt_deg=2.0)
     ways = []
     for _ in range(400):
-        disturbance.renew()
+        randomisation.renew()
         ways.append(math.atan2(world.model.opt.gravity[1], world.model.opt.gravity[0]))
     assert np.histogram(ways, bins=4, range=(-math.pi, math.pi))[0] == pytest.approx(100, abs=40)
 
 
 def test_unequal_wheels_drive_the_circle_of_their_radii():
     """Equal wheel speeds on radii r1, r2 a track apart: a circle of radius track / 2 (r2 + r1) / (r2 - r1)."""
-    world, disturbance = make(seed=3, wheel_mismatch=0.05)
-    respawn(world, disturbance)
-    left, right = disturbance.draw.left_radius, disturbance.draw.right_radius
+    world, randomisation = make(seed=3, wheel_mismatch=0.05)
+    respawn(world, randomisation)
+    left, right = randomisation.draw.left_radius, randomisation.draw.right_radius
     assert abs(left - right) > 0.02
     world.data.ctrl[:] = 8.0, 8.0
     mujoco.mj_step(world.model, world.data, nstep=100)
@@ -149,14 +149,14 @@ def test_unequal_wheels_drive_the_circle_of_their_radii():
     x, y = np.array(points).T
     solution, *_ = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones_like(x)]), x**2 + y**2, rcond=None)
     radius = math.sqrt(solution[2] + solution[0] ** 2 + solution[1] ** 2)
-    assert radius == pytest.approx(world.track_m / 2 * (right + left) / abs(right - left), rel=0.05)
+    assert radius == pytest.approx(world.dimensions.track_m / 2 * (right + left) / abs(right - left), rel=0.05)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_changed_robot_rests_where_it_is_put(seed):
     settings = dataclasses.asdict(with_sets(DisturbanceConfig(), ["friction", "mass", "wheels"]))
-    world, disturbance = make(seed=seed, **settings)
-    respawn(world, disturbance, heading=1.0)
+    world, randomisation = make(seed=seed, **settings)
+    respawn(world, randomisation, heading=1.0)
     assert world.pose()[:3] == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
     fastest = 0.0
     for _ in range(50):
@@ -166,14 +166,14 @@ def test_a_changed_robot_rests_where_it_is_put(seed):
 
 
 def test_a_push_gives_a_free_robot_its_force_times_its_time():
-    world, disturbance = make(push_n_per_kg=8.0)
-    respawn(world, disturbance)
+    world, randomisation = make(push_n_per_kg=8.0)
+    respawn(world, randomisation)
     for pair in range(world.model.npair):
         world.model.pair_friction[pair, :2] = 1e-9
-    push, mass_kg, force = disturbance.interference, world.model.body_mass.sum(), None
+    push, mass_kg, force = randomisation.perturbation, world.model.body_mass.sum(), None
     before = world.data.qvel[:2].copy()
     for _ in range(2000):
-        compiled_interfere(push, 0.0, 0.0)
+        compiled_perturb(push, 0.0, 0.0)
         if push.push[2] > 0:
             force = force if force is not None else push.push[:2].copy()
         elif force is not None:
@@ -184,12 +184,12 @@ def test_a_push_gives_a_free_robot_its_force_times_its_time():
 
 
 def test_pushes_come_as_often_as_stated_and_stay_within_their_strength():
-    world, disturbance = make(push_n_per_kg=8.0, mass_scale=(1.3, 1.3))
-    respawn(world, disturbance)
-    push, periods, strengths = disturbance.interference, 40_000, []
+    world, randomisation = make(push_n_per_kg=8.0, mass_scale=(1.3, 1.3))
+    respawn(world, randomisation)
+    push, periods, strengths = randomisation.perturbation, 40_000, []
     for _ in range(periods):
         was = push.push[2]
-        compiled_interfere(push, 0.0, 0.0)
+        compiled_perturb(push, 0.0, 0.0)
         if push.push[2] > was:
             strengths.append(math.hypot(*push.push[:2]))
     mass_kg = world.model.body_mass.sum()
@@ -199,8 +199,8 @@ def test_pushes_come_as_often_as_stated_and_stay_within_their_strength():
 
 
 def test_command_noise_has_the_stated_spread_and_no_bias():
-    _, disturbance = make(command_noise=0.3)
-    told = np.array([compiled_interfere(disturbance.interference, 10.0, -5.0) for _ in range(20_000)])
+    _, randomisation = make(command_noise=0.3)
+    told = np.array([compiled_perturb(randomisation.perturbation, 10.0, -5.0) for _ in range(20_000)])
     assert told.mean(axis=0) == pytest.approx([10.0, -5.0], rel=0.02)
     assert told.std(axis=0) == pytest.approx([3.0, 1.5], rel=0.03)
     assert abs(np.corrcoef(told.T)[0, 1]) < 0.03
@@ -208,41 +208,41 @@ def test_command_noise_has_the_stated_spread_and_no_bias():
 
 @pytest.mark.parametrize("periods", [1, 3])
 def test_latency_hands_a_command_on_exactly_that_many_periods_later(periods):
-    world, disturbance = make(latency_periods=periods)
-    respawn(world, disturbance)
-    told = [compiled_interfere(disturbance.interference, float(i), -float(i)) for i in range(1, 10)]
+    world, randomisation = make(latency_periods=periods)
+    respawn(world, randomisation)
+    told = [compiled_perturb(randomisation.perturbation, float(i), -float(i)) for i in range(1, 10)]
     assert told == [(0.0, 0.0)] * periods + [(float(i), -float(i)) for i in range(1, 10 - periods)]
 
 
 def test_the_same_seed_draws_the_same_robots_and_a_state_restores_one_bit_for_bit():
     settings = dataclasses.asdict(with_sets(DisturbanceConfig(), ["all"]))
-    world, disturbance = make(seed=5, **settings)
+    world, randomisation = make(seed=5, **settings)
     twin, other = make(seed=5, **settings)
     for _ in range(3):
-        respawn(world, disturbance)
+        respawn(world, randomisation)
         respawn(twin, other)
-        assert other.draw == disturbance.draw
+        assert other.draw == randomisation.draw
     for _ in range(300):
-        compiled_interfere(disturbance.interference, 4.0, 5.0)
-    saved, late = disturbance.state(), make(seed=9, **settings)
+        compiled_perturb(randomisation.perturbation, 4.0, 5.0)
+    saved, late = randomisation.state(), make(seed=9, **settings)
     late[1].restore(saved)
     for array in ("body_mass", "body_inertia", "geom_size", "pair_friction", "dof_M0", "body_invweight0"):
         assert (getattr(late[0].model, array) == getattr(world.model, array)).all(), array
-    ahead = [compiled_interfere(disturbance.interference, 4.0, 5.0) for _ in range(300)]
-    assert [compiled_interfere(late[1].interference, 4.0, 5.0) for _ in range(300)] == ahead
-    respawn(world, disturbance)
+    ahead = [compiled_perturb(randomisation.perturbation, 4.0, 5.0) for _ in range(300)]
+    assert [compiled_perturb(late[1].perturbation, 4.0, 5.0) for _ in range(300)] == ahead
+    respawn(world, randomisation)
     respawn(late[0], late[1])
     assert (late[0].data.qpos == world.data.qpos).all()
 
 
-def test_a_neutral_disturbance_draws_nothing_and_touches_nothing():
-    world, disturbance = make()
+def test_neutral_settings_draw_nothing_and_touch_nothing():
+    world, randomisation = make()
     plain = World(Grid((21, 21), Cell(3, 3), 0.30), CLOCK)
-    before = disturbance.state()
-    respawn(world, disturbance)
+    before = randomisation.state()
+    respawn(world, randomisation)
     plain.spawn(Cell(11, 11), 0.0)
-    assert disturbance.interference is None
-    assert disturbance.state() == before
+    assert randomisation.perturbation is None
+    assert randomisation.state() == before
     assert (world.data.qpos == plain.data.qpos).all()
     assert (world.model.body_mass == plain.model.body_mass).all()
 

@@ -1,5 +1,5 @@
-"""What comes between the controller's command and the wheels, and pushes the robot meanwhile, one control period at a
-time inside the compiled loop."""
+"""Perturbations of a drive, one control period at a time inside the compiled loop: noise and latency between the
+controller's command and the wheels, and pushes on the chassis."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from scla_mj.disturbances import DisturbanceConfig
 
 
-class Interference(NamedTuple):
-    """The disturbances of one drive as the compiled loop takes them; the arrays are what it remembers.
+class Perturbation(NamedTuple):
+    """What perturbs a drive, as the compiled loop takes it; the arrays are what it remembers.
 
     `late` holds the commands on their way to the wheels, shape (latency_periods, 2), the oldest first. `push` is the
     horizontal force in newtons and the periods it still lasts, `strongest_push_n` (one value) the most it may be, and
@@ -35,17 +35,17 @@ class Interference(NamedTuple):
     external_force: NDArray[np.float64]
 
 
-def make_interference(
+def make_perturbation(
     config: DisturbanceConfig,
     *,
     control_period_s: float,
     external_force: NDArray[np.float64],
     rng: np.random.Generator,
-) -> Interference | None:
-    """Return the disturbances of a drive, or None where there are none."""
+) -> Perturbation | None:
+    """Return what perturbs a drive, or None where nothing does."""
     if not (config.command_noise or config.push_n_per_kg or config.latency_periods):
         return None
-    return Interference(
+    return Perturbation(
         rng=rng,
         command_noise=float(config.command_noise),
         late=np.zeros((config.latency_periods, 2)),
@@ -58,14 +58,14 @@ def make_interference(
 
 
 @njit(inline="always")
-def interfere(interference: Interference, left: float, right: float) -> tuple[float, float]:
-    """Return what the wheels are really told this period, in rad/s, and set the push that acts during it."""
-    left, right = _late(interference.late, left, right)
-    if interference.command_noise > 0.0:
-        left *= 1.0 + interference.command_noise * interference.rng.standard_normal()
-        right *= 1.0 + interference.command_noise * interference.rng.standard_normal()
-    if interference.push_chance > 0.0:
-        _push(interference)
+def perturb(perturbation: Perturbation, left: float, right: float) -> tuple[float, float]:
+    """Return the commands that reach the wheels in this period, in rad/s, and set the push that acts during it."""
+    left, right = _late(perturbation.late, left, right)
+    if perturbation.command_noise > 0.0:
+        left *= 1.0 + perturbation.command_noise * perturbation.rng.standard_normal()
+        right *= 1.0 + perturbation.command_noise * perturbation.rng.standard_normal()
+    if perturbation.push_chance > 0.0:
+        _push(perturbation)
     return left, right
 
 
@@ -83,15 +83,15 @@ def _late(late: NDArray[np.float64], left: float, right: float) -> tuple[float, 
 
 
 @njit(inline="always")
-def _push(interference: Interference) -> None:
+def _push(perturbation: Perturbation) -> None:
     """Let a push go on, end it, or begin one by chance."""
-    push, rng = interference.push, interference.rng
+    push, rng = perturbation.push, perturbation.rng
     push[2] = max(push[2] - 1.0, 0.0)
     if push[2] == 0.0:
         push[0], push[1] = 0.0, 0.0
-        if rng.random() < interference.push_chance:
-            strength_n = rng.random() * interference.strongest_push_n[0]
+        if rng.random() < perturbation.push_chance:
+            strength_n = rng.random() * perturbation.strongest_push_n[0]
             side_rad = rng.random() * 2.0 * math.pi
             push[0], push[1] = strength_n * math.cos(side_rad), strength_n * math.sin(side_rad)
-            push[2] = interference.push_periods
-    interference.external_force[0], interference.external_force[1] = push[0], push[1]
+            push[2] = perturbation.push_periods
+    perturbation.external_force[0], perturbation.external_force[1] = push[0], push[1]
