@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from benchmarks.peer_job import own_spikes, write_job
 from benchmarks.table import Sheet
-from benchmarks.workload import CHUNKS_A_SECOND, SIGNS, Workload, build_network
+from benchmarks.workload import CHUNKS_A_SECOND, SIGNS, Workload
 from scla_mj.anatomy import NEURON_COUNT, PROJECTIONS
+from scla_mj.brain.network.network import Network
 from scla_mj.config import NetworkConfig, PlasticityConfig
 from scla_mj.errors import SclaError
 
@@ -59,7 +60,7 @@ def prepare(check: Check, file: Path, plasticity: PlasticityConfig, *, seed: int
     weights = _multiples(rng, (len(PROJECTIONS), 100, 100), 0.5, 1.5)
     work = _input(check, plasticity.dopamine_release, rng)
     write_job(file, _QUIET, plasticity, weights, work, plastic=check.plastic, record=True)
-    network = build_network(_QUIET, dataclasses.replace(plasticity, dopamine_delay_s=0.0), seed=seed)
+    network = Network(_QUIET, dataclasses.replace(plasticity, dopamine_delay_s=0.0), seed=seed)
     network.weights = weights
     return Train(*own_spikes(network, work))
 

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.rollouts import whole
 from benchmarks.table import Sheet, against
 from benchmarks.timing import Contender, Watch, median_cpu_s
-from benchmarks.workload import CHUNK_MS, CHUNKS_A_SECOND, Workload, build_network, rewarded, run_chunks
+from benchmarks.workload import CHUNK_MS, CHUNKS_A_SECOND, Workload, rewarded, run_chunks
 from scla_mj.brain.network.network import Network
 from scla_mj.config import RunConfig
 
@@ -103,7 +103,7 @@ def unrewarded(config: RunConfig, *, watch: Watch, seconds: int = HOUR_S) -> She
     work = _rewarded(config, seconds=min(seconds, 60))
     silent = work._replace(releases=np.zeros_like(work.releases))
     kinds = {"rewarded": work, "unrewarded": silent}
-    networks = {name: build_network(config.network, config.plasticity, seed=config.seed) for name in kinds}
+    networks = {name: Network(config.network, config.plasticity, seed=config.seed) for name in kinds}
     contenders = {name: _going_on(networks[name], kind) for name, kind in kinds.items()}
     cpu_s = median_cpu_s(contenders, repetitions=minutes, watch=watch)
     rewarded_us, unrewarded_us = (1e6 * cpu_s[name] / (len(work.drives) * CHUNK_MS) for name in kinds)
@@ -133,7 +133,7 @@ def _rewarded(config: RunConfig, *, seconds: int, neurons: int = NEURONS[0]) -> 
 
 
 def _network_contender(config: RunConfig, size: int, work: Workload) -> Contender:
-    network = build_network(config.network, config.plasticity, seed=config.seed, neurons=size)
+    network = Network(config.network, config.plasticity, seed=config.seed, neurons=size)
     run_chunks(network, work)
     return _going_on(network, work)
 

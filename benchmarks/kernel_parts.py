@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.table import FLOOR_ABOVE, Sheet, against, doubted
 from benchmarks.timing import Contender, Watch, median_cpu_s
-from benchmarks.workload import CHUNK_MS, CHUNKS_A_SECOND, Workload, build_network, rewarded, run_chunks
+from benchmarks.workload import CHUNK_MS, CHUNKS_A_SECOND, Workload, rewarded, run_chunks
 from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
 from scla_mj.brain.network import kernel, neurons, synapses
 from scla_mj.brain.network.memory import Memory, copy_of
@@ -67,9 +67,9 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Parts:
     """Time the parts on a network that has run, rewarded, for some seconds."""
     network, work = _warm(config)
     contenders = _contenders(network, work)
-    steps, dosed = len(work.drives) * CHUNK_MS, network.state.dosed.copy()
+    steps, dosed = len(work.drives) * CHUNK_MS, network.arrays.dosed.copy()
     counts = run_chunks(network, work)
-    share = float((network.state.dosed - dosed).mean()) / steps
+    share = float((network.arrays.dosed - dosed).mean()) / steps
     seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
     calls = {"stretch": _CALLS * CHUNK_MS, "whole": steps, "chunked": steps}
     return Parts(
@@ -105,7 +105,7 @@ def sheet(parts: Parts) -> Sheet:
 
 def _warm(config: RunConfig) -> tuple[Network, Workload]:
     rng = np.random.Generator(np.random.PCG64(config.seed))
-    network = build_network(config.network, config.plasticity, seed=config.seed)
+    network = Network(config.network, config.plasticity, seed=config.seed)
     release = config.plasticity.dopamine_release
     work = rewarded(_SECONDS * CHUNKS_A_SECOND, drive=config.network.sensory_drive, release=release, rng=rng)
     run_chunks(network, work)
@@ -113,7 +113,7 @@ def _warm(config: RunConfig) -> tuple[Network, Workload]:
 
 
 def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
-    saved, drives = network.saved(), work.drives.astype(network.state.v.dtype)
+    saved, drives = network.state(), work.drives.astype(network.arrays.v.dtype)
 
     def part(function: Any, *arguments: Any) -> Contender:
         return Contender(lambda: _undriven(network), lambda memory: function(memory, *arguments, _CALLS))
@@ -139,7 +139,7 @@ def _undriven(network: Network) -> Memory:
 
 
 def _run_kernel(network: Network, drives: Any, releases: Any) -> None:
-    room = CHUNK_MS * len(network.state.v) + 1
+    room = CHUNK_MS * len(network.arrays.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts = np.zeros(len(POPULATIONS), np.int64)
     for drive, released in zip(drives, releases, strict=True):

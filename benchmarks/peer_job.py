@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.workload import CHUNK_MS, CHUNKS_A_SECOND, SIGNS, Workload
 from scla_mj.anatomy import INHIBITORY, MOTOR, NEURON_COUNT, POPULATIONS, PROJECTIONS, SENSORY
 from scla_mj.brain.network.network import Network
-from scla_mj.brain.network.parameters import TRACE_FLOOR
+from scla_mj.brain.network.parameters import TRACE_LOWER_BOUND
 from scla_mj.config import NetworkConfig, PlasticityConfig
 
 
@@ -65,7 +65,7 @@ def _constants(network: NetworkConfig, plasticity: PlasticityConfig) -> dict[str
     return {
         **{f"{name}_tau_ms": tau for name, tau in taus.items()},
         **{f"{name}_decay": float(np.exp(-1.0 / tau)) for name, tau in taus.items()},
-        "trace_floor": TRACE_FLOOR["float64"],
+        "trace_lower_bound": TRACE_LOWER_BOUND["float64"],
         "dopamine_release": plasticity.dopamine_release,
         "learning_rate": plasticity.learning_rate_per_ms,
         "weight_max": network.weight_max,

@@ -22,7 +22,8 @@ from benchmarks.peer_job import write_job
 from benchmarks.peers import REQUIREMENTS, WORKER
 from benchmarks.table import Sheet, against
 from benchmarks.timing import Watch
-from benchmarks.workload import CHUNKS_A_SECOND, Workload, build_network, rewarded, run_chunks
+from benchmarks.workload import CHUNKS_A_SECOND, Workload, rewarded, run_chunks
+from scla_mj.brain.network.network import Network
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
@@ -98,7 +99,7 @@ def race(config: RunConfig, python: Path, *, repetitions: int, watch: Watch) -> 
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         checked = _check(config, python, Path(folder), watch)
         work = _work(config, repetitions + 1)
-        network = build_network(config.network, config.plasticity, seed=config.seed)
+        network = Network(config.network, config.plasticity, seed=config.seed)
         job = Path(folder) / "race.npz"
         write_job(job, config.network, config.plasticity, network.weights, work, plastic=True, record=False)
         peers = [stack.enter_context(Peer(python, name, job)) for name in _TARGETS]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.anatomy import POPULATIONS, PROJECTIONS
 from scla_mj.brain.network import kernel
@@ -22,7 +22,6 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.drive import Driver
 from scla_mj.loop.periods import mj_step
-from scla_mj.randomness import Consumer, generator, seed_sequence
 from scla_mj.signals import TRAJECTORY_COLUMNS
 from scla_mj.world.world import World
 
@@ -77,28 +76,26 @@ class _TapedNetwork(Network):
 
     def __init__(self, tape: Tape, config: RunConfig) -> None:
         super().__init__(
-            config.network,
-            config.plasticity,
-            neural_step_ms=config.clock.neural_step_ms,
-            weights=generator(config.seed, Consumer.WEIGHTS),
-            noise=seed_sequence(config.seed, Consumer.NOISE),
+            config.network, config.plasticity, neural_step_ms=config.clock.neural_step_ms, seed=config.seed
         )
         self._tape = tape
         self._waiting: list[NDArray[np.float64]] = []
 
-    def advance(self, steps: int, drive: NDArray[Any] | None = None, *, goes_on: bool = False) -> NDArray[np.int64]:
+    def advance(self, steps: int, drive: ArrayLike | None = None, *, extend: bool = False) -> NDArray[np.int64]:
         """Advance as ever, and keep the call."""
-        before = self.spike_count if goes_on else 0
-        counts = super().advance(steps, drive, goes_on=goes_on)
+        before = self.spike_count if extend else 0
+        counts = super().advance(steps, drive, extend=extend)
         if steps:
-            self._tape.network.append(NetworkCall(steps, drive, tuple(self._waiting)))
+            self._tape.network.append(
+                NetworkCall(steps, None if drive is None else np.asarray(drive), tuple(self._waiting))
+            )
             self._waiting.clear()
             self._tape.spikes += self.spike_count - before
         return counts
 
-    def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
+    def release_dopamine(self, amount: ArrayLike, *, delay_steps: int = 0) -> None:
         """Release as ever, and keep the amount."""
-        self._waiting.append(amount)
+        self._waiting.append(np.asarray(amount))
         super().release_dopamine(amount, delay_steps=delay_steps)
 
 
@@ -177,10 +174,10 @@ def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: in
 def replay_network(network: Network, tape: Tape) -> Iterator[None]:
     """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept; yields thinking windows."""
     longest = max((call.steps for call in tape.network), default=0)
-    room = longest * len(network.state.v) + 1
+    room = longest * len(network.arrays.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
-    undriven = np.zeros_like(network.state.v)
+    undriven = np.zeros_like(network.arrays.v)
     for call in tape.network:
         if call.drive is not None:
             yield

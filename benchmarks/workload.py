@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, PROJECTIONS, SENSORY, populations_of
 from scla_mj.brain.network.network import Network
-from scla_mj.config import NetworkConfig, PlasticityConfig
 from scla_mj.grid import Action
 
 CHUNK_MS: Final = 50
@@ -41,21 +40,6 @@ def rewarded(
         if chunk % CHUNKS_A_SECOND == CHUNKS_A_SECOND - 1:
             releases[chunk] = [release * sign * (p.sensor == side) for sign, p in zip(SIGNS, PROJECTIONS, strict=True)]
     return Workload(drives, releases)
-
-
-def build_network(
-    network: NetworkConfig, plasticity: PlasticityConfig, *, seed: int, neurons: int = NEURON_COUNT
-) -> Network:
-    """Return a fresh network with 1 ms steps."""
-    weights, noise = np.random.SeedSequence(seed).spawn(2)
-    return Network(
-        network,
-        plasticity,
-        neural_step_ms=1.0,
-        weights=np.random.Generator(np.random.PCG64(weights)),
-        noise=noise,
-        neurons=neurons,
-    )
 
 
 def run_chunks(network: Network, workload: Workload) -> NDArray[np.int64]:

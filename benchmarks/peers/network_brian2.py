@@ -31,7 +31,7 @@ v += 0.5 * (0.04 * v * v + 5 * v + 140 - u + I)
 u += a * (0.2 * v - u)
 current = 0
 trace *= trace_decay
-trace *= int(trace >= trace_floor)
+trace *= int(trace >= trace_lower_bound)
 """
 
 

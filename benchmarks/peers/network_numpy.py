@@ -62,7 +62,7 @@ class Network:
     def _decay(self) -> None:
         constants = self.constants
         self.trace *= self.real.type(constants["trace_decay"])
-        self.trace[self.trace < constants["trace_floor"]] = 0
+        self.trace[self.trace < constants["trace_lower_bound"]] = 0
         if not self.job.plastic:
             return
         self.dopamine *= self.real.type(constants["dopamine_decay"])

@@ -1,4 +1,4 @@
-"""Brains by name, and a user's own by import path."""
+"""Brains by name, and users' own by import path."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ import dataclasses
 import importlib
 import re
 import sys
+import sysconfig
+import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from scla_mj.brain.automaton_brain import AutomatonBrain
 from scla_mj.brain.base import Brain
-from scla_mj.brain.baselines import RandomBrain, ShortestPathBrain
-from scla_mj.brain.mistakes import told
-from scla_mj.brain.q_learning import QLearningBrain
+from scla_mj.brain.baselines import AutomatonBrain, QLearningBrain, RandomBrain, ShortestPathBrain
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import AutomatonConfig, RunConfig, flatten, option_of
@@ -23,10 +22,15 @@ from scla_mj.errors import SclaError
 from scla_mj.validation import shown, validated
 
 _IMPORT_PATH: Final = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+_NOT_THE_USERS: Final = (
+    str(Path(__file__).resolve().parents[1]),  # this package
+    *(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib")),
+    "<frozen",  # the import system
+)
 
 
 class NetworkBrain(SclaBrain):
-    """SCLA whose automata never hear a signal: the network decides beside the target, chance elsewhere."""
+    """SCLA whose automata never get a signal: the network decides next to the target, chance elsewhere."""
 
     reads = ("network.", "plasticity.")
 
@@ -64,7 +68,7 @@ def build_brain(checked: CheckedConfig) -> Brain:
     except SclaError:
         raise
     except (Exception, SystemExit) as error:
-        raise SclaError(f"--brain {config.brain} cannot be made from a CheckedConfig: {told(error)}") from error
+        raise SclaError(f"--brain {config.brain} cannot be made from a CheckedConfig: {describe(error)}") from error
     return brain
 
 
@@ -104,7 +108,7 @@ def _imported(path: str) -> type[Brain]:
         with _working_directory_importable():
             module = importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
-        raise SclaError(f"--brain {path}: the module {module_name} cannot be imported: {told(error)}") from error
+        raise SclaError(f"--brain {path}: the module {module_name} cannot be imported: {describe(error)}") from error
     found = getattr(module, class_name, None)
     if found is None:
         raise SclaError(f"--brain {path}: the module {module_name} has no class {class_name}")
@@ -113,9 +117,25 @@ def _imported(path: str) -> type[Brain]:
     return found
 
 
+def describe(error: BaseException) -> str:
+    """Return an exception's type, message, and the file and line of the user's code that raised it, if known."""
+    message = " ".join(str(error).split())
+    text = f"{type(error).__name__}: {message}" if message else type(error).__name__
+    place = _users_line(error)
+    return text if place is None or place in text else f"{text}, {place}"
+
+
+def _users_line(error: BaseException) -> str | None:
+    """Return the innermost line that is neither in this package nor in a library."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{error.filename} line {error.lineno}"
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_THE_USERS)]
+    return f"{frames[-1].filename} line {frames[-1].lineno}" if frames else None
+
+
 @contextlib.contextmanager
 def _working_directory_importable() -> Iterator[None]:
-    """Look for the user's module where the user is too: an installed command does not, unlike `python -m`."""
+    """Search the working directory for the user's module too: an installed command does not, unlike `python -m`."""
     here = str(Path.cwd())
     sys.path.append(here)
     try:

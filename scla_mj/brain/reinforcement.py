@@ -10,7 +10,7 @@ from scla_mj.grid import Action, Cell, around
 from scla_mj.signals import Feedback, Outcome, Percept
 
 # A trace below this share moves no probability by more than a thousandth.
-_TRACE_FLOOR: Final = 1e-3
+_LEAST_TRACE: Final = 1e-3
 
 
 class CellStates:
@@ -86,7 +86,7 @@ class PathTrace:
 
     def __init__(self, *, tau_moves: float) -> None:
         self._decay = math.exp(-1.0 / tau_moves)
-        length = 1 + int(-tau_moves * math.log(_TRACE_FLOOR))
+        length = 1 + int(-tau_moves * math.log(_LEAST_TRACE))
         self._moves: deque[tuple[Cell, Action]] = deque(maxlen=length)
 
     def add(self, feedback: Feedback) -> None:

@@ -13,7 +13,7 @@ from scla_mj.brain.base import Brain
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.reinforcement import CellStates, PathTrace
 from scla_mj.grid import ACTIONS, Action
-from scla_mj.randomness import Consumer, generator, seed_sequence
+from scla_mj.randomness import Consumer, generator
 from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snapshot
 
 if TYPE_CHECKING:
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
 
 class SclaBrain(Brain):
-    """The paper's algorithm (docs/model.md). One clock: the network runs while the robot thinks and while it drives."""
+    """The paper's algorithm (docs/model.md). One clock: the network runs while the robot thinks and while it drives.
+
+    Attributes:
+        network: the spiking network; its weights can be read and set.
+        automata: the learning automata; their action probabilities can be read and set.
+        states: what the local rule knows about every cell.
+    """
 
     def __init__(self, checked: CheckedConfig) -> None:
         config, clock = checked.config, checked.clock
         self._config = config
         self._clock = clock
-        self.network = Network(
-            config.network,
-            config.plasticity,
-            neural_step_ms=clock.neural_step_ms,
-            weights=generator(config.seed, Consumer.WEIGHTS),
-            noise=seed_sequence(config.seed, Consumer.NOISE),
-        )
+        self.network = self.build_network(config, clock)
         cells = config.grid.cells
         self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN))
         self.states = CellStates(discount=config.automaton.discount)
@@ -49,8 +49,12 @@ class SclaBrain(Brain):
         self._counts = self._thinking_counts = self.network.advance(0)
         self._thinking_spikes = self._driven_steps = 0
 
+    def build_network(self, config: RunConfig, clock: Clock) -> Network:
+        """Return the network of this brain. Override it for a network, or a learning rule (dense.py), of your own."""
+        return Network(config.network, config.plasticity, neural_step_ms=clock.neural_step_ms, seed=config.seed)
+
     def decide(self, percept: Percept) -> Decision:
-        """Drive the sensed direction's population, or the motors that the automaton advises; the busiest motor wins."""
+        """Drive the sensed direction's population, or the motors that the automaton advises; most spikes win."""
         advised = None
         if percept.sensed is not None:
             drive = self._sensory_drive[percept.sensed]
@@ -65,15 +69,15 @@ class SclaBrain(Brain):
         return Decision(self._busiest(counts), advised, counts)
 
     def elapse(self, duration_s: float) -> None:
-        """Run the network, undriven but for its noise, while the wheels turn."""
+        """Run the network, driven by its noise only, while the wheels turn."""
         if not self._config.network.runs_while_driving:
             return
         steps = round(duration_s * 1000.0 / self._clock.neural_step_ms)
         self._driven_steps = steps
-        self._counts = self.network.advance(steps, goes_on=True)
+        self._counts = self.network.advance(steps, extend=True)
 
     def learn(self, feedback: Feedback) -> None:
-        """Release dopamine for a sensed target, and pass the network's signal on to the automata."""
+        """Release dopamine for a sensed target, and pass the reinforcement signal on to the automata."""
         astray = feedback.executed != feedback.action
         if astray and self._config.automaton.credit == "executed":
             feedback = feedback._replace(action=feedback.executed)
@@ -83,7 +87,7 @@ class SclaBrain(Brain):
         self._signal_automata(feedback, punish=not astray)
 
     def activity(self) -> Activity:
-        """Return the spikes of the thinking window and of the drive."""
+        """Return the spikes of the thinking window and of the drive, mean weights and dopamine."""
         spikes = self.network.spikes()
         return Activity(
             spike_step=spikes.step,
@@ -101,9 +105,9 @@ class SclaBrain(Brain):
         return Snapshot(self.network.weights, self.automata.probabilities)
 
     def state(self) -> dict[str, Any]:
-        """Return the network, the automata and what their signals come from, and the generator of ties."""
+        """Return the state of the network, the automata, what their signals come from, and the generator for ties."""
         return {
-            "network": self.network.saved(),
+            "network": self.network.state(),
             "automata": self.automata.state(),
             "states": self.states.state(),
             "path": self._path.state(),
@@ -111,7 +115,7 @@ class SclaBrain(Brain):
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Restore a `state`."""
         self.network.restore(state["network"])
         self.automata.restore(state["automata"])
         self.states.restore(state["states"])
@@ -126,7 +130,7 @@ class SclaBrain(Brain):
         return winners[int(self._ties.choice(len(winners)))]
 
     def _release_dopamine(self, feedback: Feedback) -> None:
-        """Reward or punish the move that a sensed target called for; without one, the network is not taught."""
+        """Reward or punish the move if a target was sensed; otherwise the network is not taught."""
         if feedback.before.sensed is None:
             return
         amount = (
@@ -136,7 +140,7 @@ class SclaBrain(Brain):
             self.network.release_dopamine(amount, delay_steps=self._delay_steps)
 
     def _signed(self, feedback: Feedback) -> NDArray[np.float64] | None:
-        """Per connection: the sensed direction's agreeing one up, the opposite one down, the others not, (8,) or None.
+        """Return the amount per projection, (8,) or None: the sensed direction's agreeing one up, the opposite down.
 
         The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one
         (reduce what was taken, strengthen its opposite). A move to either side used neither connection.
@@ -145,7 +149,7 @@ class SclaBrain(Brain):
         return self._taught[sensed] if sensed is not None and feedback.action in (sensed, sensed.opposite) else None
 
     def _signal_automata(self, feedback: Feedback, *, punish: bool) -> None:
-        """Pass on good and bad; an automaton is not punished for a direction that it did not choose."""
+        """Reward or penalise the cell's automaton; it is not penalised for a direction that it did not choose."""
         config, cell, action = self._config.automaton, feedback.before.cell, feedback.action
         judgement = self.states.judge(feedback) if config.local_rule else 0
         if feedback.outcome is Outcome.BLOCKED:
@@ -167,7 +171,7 @@ class SclaBrain(Brain):
 
 
 def _drives(populations: tuple[Population, ...], current: float, precision: Precision) -> NDArray[Any]:
-    """Return a row a population, (4, 1000): `current` into each of its neurons, none into the others."""
+    """Return one row per population, (4, 1000): `current` into each of its neurons, none into the others."""
     drives = np.zeros((len(populations), NEURON_COUNT), precision)
     for drive, population in zip(drives, populations, strict=True):
         drive[population.start : population.stop] = current
@@ -175,5 +179,5 @@ def _drives(populations: tuple[Population, ...], current: float, precision: Prec
 
 
 def _taught_by(sensed: Action) -> NDArray[np.float64]:
-    """Return what a used sensor teaches, (8,): its agreeing connection up, its opposite one down."""
+    """Return the sign of a sensed direction's dopamine per projection, (8,): agreeing up, opposite down."""
     return np.array([(1.0 if p.agrees else -1.0) if p.sensor == sensed else 0.0 for p in PROJECTIONS])

@@ -10,7 +10,7 @@ import numpy as np
 
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS
 from scla_mj.brain.base import Brain
-from scla_mj.brain.mistakes import told
+from scla_mj.brain.registry import describe
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.runs.brain import PROBABILITY_TOLERANCE, WEIGHTS_SHAPE
@@ -104,7 +104,7 @@ class CheckedBrain(Brain):
         except SclaError:
             raise
         except (Exception, SystemExit) as error:
-            raise SclaError(f"--brain {self._name}: its {method}() raised {told(error)}") from error
+            raise SclaError(f"--brain {self._name}: its {method}() raised {describe(error)}") from error
 
     def _refuse(self, method: str, wanted: str, got: Any) -> NoReturn:
         raise SclaError(f"--brain {self._name}: its {method}() must {wanted}; it gave {_shown(got)}")

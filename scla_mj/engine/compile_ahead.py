@@ -21,7 +21,6 @@ from scla_mj.checked import check
 from scla_mj.collector import collect_rarely
 from scla_mj.config import RunConfig
 from scla_mj.loop.drive import Driver
-from scla_mj.randomness import Consumer, generator, seed_sequence
 from scla_mj.world.world import World
 
 _PATIENCE_S: Final = 30.0
@@ -73,15 +72,8 @@ def _is_cached(compiled: Any) -> bool:
 def compile_here() -> None:
     """Have all this compiled, or taken from the cache, by driving a robot nowhere and reading a network's weights."""
     checked = check(RunConfig())
-    config, clock = checked.config, checked.clock
-    Driver(World(checked.grid(), clock), clock, config.controller).hold(1)
-    network = Network(
-        config.network,
-        config.plasticity,
-        neural_step_ms=clock.neural_step_ms,
-        weights=generator(config.seed, Consumer.WEIGHTS),
-        noise=seed_sequence(config.seed, Consumer.NOISE),
-    )
+    Driver(World(checked.grid(), checked.clock), checked.clock, checked.config.controller).hold(1)
+    network = Network()
     network.mean_weights()
     _ = network.weights
 

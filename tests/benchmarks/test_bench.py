@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks import growth, kernel_parts, processes, replay, rollouts, suites, table, timing, workload
-from scla_mj.brain.network.memory import copy_of
-from scla_mj.brain.network.state import state_of
+from scla_mj.brain.network.memory import arrays_of, copy_of
+from scla_mj.brain.network.network import Network
 from scla_mj.checked import check
 from scla_mj.cli.main import main
 from scla_mj.config import NetworkConfig, PlasticityConfig, RunConfig
@@ -43,7 +43,7 @@ def test_the_replayed_network_ends_where_the_rollouts_ended(recorded):
     bare = rollouts.fresh_network(CONFIG)
     exhaust(replay.replay_network(bare, played))
     np.testing.assert_array_equal(bare.weights, run.brain.network.weights)
-    np.testing.assert_array_equal(bare.state.v, run.brain.network.state.v)
+    np.testing.assert_array_equal(bare.arrays.v, run.brain.network.arrays.v)
     assert played.spikes == spikes
     assert played.network_ms == round(1000 * run.time_s)
 
@@ -61,7 +61,7 @@ def test_the_replayed_physics_and_moves_end_where_the_rollouts_ended(recorded):
 
 def test_the_floor_is_the_networks_own_neurons_and_noise():
     """Without synapses the kernel and the bare loop must take the same neurons to the same place."""
-    network = workload.build_network(
+    network = Network(
         NetworkConfig(weight_low=0.0, weight_high=0.0, motor_to_inhibitory=0.0, inhibitory_to_motor=0.0),
         PlasticityConfig(learning_rate_per_ms=0.0),
         seed=1,
@@ -69,11 +69,11 @@ def test_the_floor_is_the_networks_own_neurons_and_noise():
     memory = copy_of(network.memory)
     spikes = network.run(200)
     kernel_parts.bare_neurons(memory, 200)
-    bare = state_of(memory)
+    bare = arrays_of(memory)
     assert len(spikes.step) > 100
-    np.testing.assert_array_equal(bare.noise_low, network.state.noise_low)
-    np.testing.assert_array_equal(bare.v, network.state.v)
-    np.testing.assert_array_equal(bare.u, network.state.u)
+    np.testing.assert_array_equal(bare.noise_low, network.arrays.noise_low)
+    np.testing.assert_array_equal(bare.v, network.arrays.v)
+    np.testing.assert_array_equal(bare.u, network.arrays.u)
 
 
 def test_the_parts_of_a_network_ms_add_up_to_the_whole():
@@ -168,7 +168,7 @@ def test_a_larger_network_runs_its_share_of_the_work():
     assert (work.drives > 0).sum(axis=1).tolist() == [200] * 20
     assert np.count_nonzero(work.releases, axis=1).tolist() == [0] * 19 + [2]
     assert (work.releases * workload.SIGNS >= 0).all()
-    network = workload.build_network(NetworkConfig(), PlasticityConfig(), seed=0, neurons=2000)
+    network = Network(NetworkConfig(), PlasticityConfig(), seed=0, neurons=2000)
     assert workload.run_chunks(network, work).sum() > 2000
 
 

@@ -11,6 +11,7 @@ from benchmarks.crosscheck import Check, Train, prepare, read_train, require_sam
 from benchmarks.peer_job import write_job
 from benchmarks.peers import REQUIREMENTS, WORKER
 from benchmarks.peers_race import Round
+from scla_mj.brain.network.network import Network
 from scla_mj.cli.main import main
 from scla_mj.config import PlasticityConfig, RunConfig
 from scla_mj.errors import SclaError
@@ -83,7 +84,7 @@ def test_the_race_is_judged_by_medians_without_the_first_round():
 
 def test_a_peer_runs_rounds_in_turn_and_leaves_no_process(tmp_path):
     config = RunConfig()
-    network = workload.build_network(config.network, config.plasticity, seed=0)
+    network = Network(config.network, config.plasticity, seed=0)
     work = workload.rewarded(20, drive=8.0, release=0.5, rng=np.random.Generator(np.random.PCG64(0)))
     job = tmp_path / "job.npz"
     write_job(job, config.network, config.plasticity, network.weights, work, plastic=True, record=False)

@@ -13,16 +13,8 @@ PLASTICITY = PlasticityConfig()
 CHUNK_MS = 50
 
 
-def build(network=QUIET, plasticity=PLASTICITY, *, neural_step_ms=1.0, seed=0, neurons=1000):
-    streams = np.random.SeedSequence(seed).spawn(2)
-    return Network(
-        network,
-        plasticity,
-        neural_step_ms=neural_step_ms,
-        weights=np.random.default_rng(streams[0]),
-        noise=streams[1],
-        neurons=neurons,
-    )
+def build(network=QUIET, plasticity=PLASTICITY, **settings):
+    return Network(network, plasticity, **settings)
 
 
 def dyadic(rng, shape, low, high):

@@ -21,7 +21,7 @@ def test_two_seconds_without_reward_give_the_spike_train_of_the_oracle_bit_for_b
     expected, found = run_both(oracle, network, rng, chunks=40)
     assert len(expected) > 10_000
     np.testing.assert_array_equal(found, expected)
-    np.testing.assert_array_equal(network.state.v, oracle.v)
+    np.testing.assert_array_equal(network.arrays.v, oracle.v)
     np.testing.assert_array_equal(network.weights, oracle.w)
     np.testing.assert_allclose(network.eligibility, oracle.c, rtol=0, atol=1e-12)
 
@@ -138,8 +138,8 @@ def test_the_noise_has_the_configured_deviation_in_every_population():
 
 
 def _noise_current(network):
-    network.state.synaptic[:] = 0.0
-    state, parameters = network.state, network.parameters
+    network.arrays.synaptic[:] = 0.0
+    state, parameters = network.arrays, network.parameters
     neurons.gather_current(
         state.synaptic,
         np.zeros(1000),
@@ -149,7 +149,7 @@ def _noise_current(network):
         parameters.wiring.noise_unit,
         parameters.excitatory.pulse,
     )
-    return network.state.synaptic.copy()
+    return network.arrays.synaptic.copy()
 
 
 def test_without_dopamine_no_weight_moves_by_a_single_bit():
@@ -169,7 +169,7 @@ def test_an_unrewarded_network_holds_no_subnormal_number():
     network.run(1, drive)
     network.release_dopamine(np.full(8, 0.5))
     network.run(60_000)
-    for values in (network.dopamine, network.eligibility, network.state.trace):
+    for values in (network.dopamine, network.eligibility, network.arrays.trace):
         magnitudes = np.abs(values[values != 0.0])
         assert not (magnitudes < np.finfo(np.float32).tiny).any()
     assert not network.dopamine.any()
@@ -245,7 +245,7 @@ def test_the_population_counts_are_those_of_the_spikes():
 
 def test_a_network_that_runs_away_is_reported_in_a_sentence():
     network = build()
-    network.state.v[5] = np.inf
+    network.arrays.v[5] = np.inf
     with pytest.raises(SclaError, match="no longer finite"):
         network.run(1)
 
@@ -262,11 +262,16 @@ def test_the_oracle_states_the_same_constants_as_the_configuration():
         (lambda network: network.run(5, np.zeros(999)), r"drive has the shape \(999,\): it must be \(1000,\)"),
         (lambda network: network.advance(5, np.zeros((2, 1000))), r"drive has the shape \(2, 1000\)"),
         (lambda network: network.release_dopamine(np.ones(3)), r"amount has the shape \(3,\): it must be \(8,\)"),
-        (lambda network: network.run(-1), "cannot run -1 steps"),
-        (lambda network: network.run(2.5), "cannot run 2.5 steps: it must be a whole number"),
-        (lambda network: setattr(network, "weights", np.full((8, 100, 100), np.nan)), "a weight is not finite"),
+        (lambda network: network.run(-1), "steps is -1: it must be a whole number"),
+        (lambda network: network.run(2.5), "steps is 2.5: it must be a whole number"),
+        (lambda network: network.release_dopamine(np.full(8, np.nan)), "every amount of dopamine must be a finite"),
+        (lambda network: network.release_dopamine(np.ones(8), delay_steps=-1), "delay_steps is -1"),
+        (lambda network: setattr(network, "weights", np.full((8, 100, 100), np.nan)), "must be a number from 0 to 4"),
+        (lambda network: setattr(network, "weights", np.full((8, 100, 100), 4.5)), "weights go from 4.5 to 4.5"),
+        (lambda network: setattr(network, "weights", np.full((8, 100, 100), -0.5)), "from 0 to 4"),
         (lambda network: setattr(network, "weights", np.ones((100, 100, 8))), r"weights has the shape \(100, 100, 8\)"),
         (lambda _: build(neurons=1500), "choose a multiple of 1000"),
+        (lambda _: build(seed=-1), "seed is -1: it must be a whole number, 0 or more"),
     ],
 )
 def test_what_no_network_can_take_is_refused_in_a_sentence(ask, sentence):
@@ -282,7 +287,7 @@ def test_a_window_that_goes_on_counts_all_of_it_and_hands_out_copies():
     first = parts.advance(50, drive)
     first[:] = 0
     parts.spikes().counts[:] = 0
-    counts = parts.advance(30, drive, goes_on=True)
+    counts = parts.advance(30, drive, extend=True)
     np.testing.assert_array_equal(counts, expected.counts)
     np.testing.assert_array_equal(parts.spikes().step, expected.step)
     np.testing.assert_array_equal(parts.spikes().neuron, expected.neuron)

@@ -8,8 +8,7 @@ import pytest
 from network_oracle import DenseNetwork
 from network_pair import PLASTICITY, QUIET, build, dyadic, run_both
 
-from scla_mj.brain.network.memory import PAGE_BYTES, STAGGER_BYTES, WALKED_TOGETHER, copy_of
-from scla_mj.brain.network.state import state_of
+from scla_mj.brain.network.memory import PAGE_BYTES, STAGGER_BYTES, WALKED_TOGETHER, arrays_of, copy_of
 from scla_mj.config import NetworkConfig
 
 AT_THE_BOUNDS = {"lower bound, rewarded": (0.0, 0.05, 0.4), "upper bound, punished": (3.95, 4.0, -0.4)}
@@ -57,8 +56,8 @@ def test_who_reads_weights_changes_no_bit():
             network.run(70, drive)
             if network is read:
                 assert network.mean_weights().shape == network.weights.shape[:1]
-    for name, array in read.state._asdict().items():
-        np.testing.assert_array_equal(array, getattr(unread.state, name), err_msg=name)
+    for name, array in read.arrays._asdict().items():
+        np.testing.assert_array_equal(array, getattr(unread.arrays, name), err_msg=name)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -110,7 +109,7 @@ def test_a_copy_of_the_memory_is_another_network_alike():
     network = build(NetworkConfig())
     network.run(100)
     copy = copy_of(network.memory)
-    before = {name: array.copy() for name, array in network.state._asdict().items()}
+    before = {name: array.copy() for name, array in network.arrays._asdict().items()}
     network.run(100)
-    for name, array in state_of(copy)._asdict().items():
+    for name, array in arrays_of(copy)._asdict().items():
         np.testing.assert_array_equal(array, before[name], err_msg=name)

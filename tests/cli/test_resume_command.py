@@ -72,7 +72,7 @@ def test_a_full_disk_ends_in_a_sentence_and_the_run_goes_on_once_there_is_room(t
 
 INTERRUPTING = """
 import os, signal
-from scla_mj.brain.q_learning import QLearningBrain
+from scla_mj.brain.baselines import QLearningBrain
 
 class Interrupting(QLearningBrain):
     def __init__(self, config, clock):

@@ -38,7 +38,7 @@ NOT_FINITE: Final = -1
 @leaf_njit(inline="always")
 def decay(m: Any, step: int) -> None:
     """Let STDP traces, eligibility and dopamine decay; weights gather eligibility times dopamine."""
-    trace_decay, floor = m.plasticity.trace_decay, m.plasticity.floor
+    trace_decay, lower_bound = m.plasticity.trace_decay, m.plasticity.lower_bound
     for i in range(m.trace.shape[0]):
         m.trace[i] *= trace_decay
     for side in range(SIDES):
@@ -46,7 +46,7 @@ def decay(m: Any, step: int) -> None:
     for k in range(m.dopamine.shape[0]):
         if m.dopamine[k] != 0.0:
             dopamine = m.dopamine[k] * m.rates.dopamine_decay
-            m.dopamine[k] = dopamine if abs(dopamine) >= floor else 0.0
+            m.dopamine[k] = dopamine if abs(dopamine) >= lower_bound else 0.0
             m.gathered[k] += m.rates.learning_rate * m.dopamine[k] * m.decayed[SENSOR_OF[k]]
             m.dosed[k] += 1
         m.course[k, step] = m.gathered[k] - m.opening[k]

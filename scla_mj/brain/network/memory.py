@@ -1,38 +1,72 @@
-"""The network's memory: one record, with a place for everything that the compiled code reads and writes.
+"""The network's memory: one record that holds every array the compiled code reads and writes, and views of its state.
 
-A compiled function that takes one record takes one pointer, and knows where everything lies and how large it is; forty
-arrays would be copied from call to call, and the compiler would spend most of its time on them.
+A compiled function that takes one record takes one pointer and knows every offset and size; forty arrays would be
+copied from call to call, and the compiler would spend most of its time on them.
 
-Arrays that a loop walks through together lie apart from one another as far as the processor's caches look. A processor
-first compares the last 12 bits of addresses: of arrays whose places differ by whole pages it takes a load from one for
-a load of what was just stored to another, and waits; a network ms then costs up to a third more.
+Arrays that one loop reads and writes together are staggered within their pages, to avoid 4K aliasing: a processor first
+compares only the low 12 bits of addresses, so that a load from one array waits for a recent store to another at the
+same offset within a page. Without the stagger a simulated ms costs up to a third more.
 """
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import MOTOR, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, SENSORY, populations_of
-from scla_mj.brain.network.parameters import STRETCH_STEPS, Parameters
+from scla_mj.brain.network.parameters import REGULAR_SPIKING, STRETCH_STEPS, Parameters
+from scla_mj.randomness import Consumer, generator, seed_sequence
+
+if TYPE_CHECKING:
+    from scla_mj.config import NetworkConfig
 
 PAGE_BYTES: Final = 4096
 STAGGER_BYTES: Final = 576
-"""Seven arrays share a page at this distance; each begins with a cache line (64 bytes), as the widest loads want."""
+"""Seven arrays share a page at this distance; each begins on a cache line (64 bytes), as the widest loads need."""
 WALKED_TOGETHER: Final = ("v", "u", "synaptic", "noise_low", "noise_high", "fired", "drive", "noise_amplitude")
-"""What the loops over neurons (neurons.py) walk through."""
+"""The arrays that the loops over neurons (neurons.py) access together."""
 _LINE_BYTES: Final = 64
 _SMALL_BYTES: Final = 512
-"""Up to here arrays are no loop's load, and lie side by side."""
+"""Arrays up to this size are packed without a stagger: no loop spends its time on them."""
 
 Memory = NDArray[np.void]
 """An array of one record, (1,): numba takes it faster than the record itself."""
 
 
+class NetworkArrays(NamedTuple):
+    """The state of a network, as views of its memory, which the kernel changes in place. `R` is float32 or float64.
+
+    N neurons, n of them in a sensory or motor population: 1000 and 100 in the paper. `v`, `u`: membrane potential, mV,
+    and recovery, (N,) R. `synaptic`: current that arrives in the next step, (N,) R. `trace`: STDP traces of the sensory
+    and motor neurons, (8 n,) R. `dopamine`: concentration at each projection, (8,) float64. `weight` and `scaled`,
+    (8, n, 100) R, hold weights and eligibility lazily: projection, presynaptic neuron, postsynaptic neuron of its
+    block; `decayed` (4,), `gathered` (8,) and `gathered_at` (8, n), all float64, say how to read them (synapses.py).
+    `dosed`, (8,) int64, counts the steps with dopamine at a projection: without one no weight changes. `noise_low`,
+    `noise_high`: each neuron's own random generator, (N,) uint32. `fired`: this step's spikes, (N,) uint8 (and
+    `fired_octets`, the same memory as uint64); `step_counts`: their number per population, (12,).
+    """
+
+    v: NDArray[Any]
+    u: NDArray[Any]
+    synaptic: NDArray[Any]
+    trace: NDArray[Any]
+    dopamine: NDArray[np.float64]
+    weight: NDArray[Any]
+    scaled: NDArray[Any]
+    decayed: NDArray[np.float64]
+    gathered: NDArray[np.float64]
+    gathered_at: NDArray[np.float64]
+    dosed: NDArray[np.int64]
+    noise_low: NDArray[np.uint32]
+    noise_high: NDArray[np.uint32]
+    fired: NDArray[np.uint8]
+    step_counts: NDArray[np.int64]
+
+
 def new_memory(parameters: Parameters) -> Memory:
-    """Return the memory of a network: its parameters in their places, and zero everywhere else."""
+    """Return the memory of a network: its parameters, and zero everywhere else."""
     memory = _zeros(_layout(parameters))
     for name, value in parameters._asdict().items():
         memory[name] = value
@@ -40,10 +74,29 @@ def new_memory(parameters: Parameters) -> Memory:
 
 
 def copy_of(memory: Memory) -> Memory:
-    """Return a copy, placed alike."""
+    """Return a copy, aligned alike."""
     copy = _zeros(memory.dtype)
     copy.view(np.uint8)[:] = memory.view(np.uint8)
     return copy
+
+
+def arrays_of(memory: Memory) -> NetworkArrays:
+    """Return views of the state in a network's memory."""
+    record, synapses = memory[0], memory[0]["synapses"]
+    lazy = {"weight": synapses["weight"], "scaled": synapses["scaled"]}
+    return NetworkArrays(**lazy, **{name: record[name] for name in NetworkArrays._fields if name not in lazy})
+
+
+def initialise(arrays: NetworkArrays, config: NetworkConfig, *, seed: int) -> None:
+    """Put a network of zeros to rest, with uniform random weights and one seeded noise generator per neuron."""
+    weights, noise = generator(seed, Consumer.WEIGHTS), seed_sequence(seed, Consumer.NOISE)
+    lanes = noise.generate_state(2 * len(arrays.v), np.uint32).reshape(2, -1)
+    lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
+    arrays.noise_low[:], arrays.noise_high[:] = lanes
+    arrays.v[:] = REGULAR_SPIKING.c
+    arrays.u[:] = REGULAR_SPIKING.b * REGULAR_SPIKING.c
+    arrays.weight[:] = weights.uniform(config.weight_low, config.weight_high, arrays.weight.shape)
+    arrays.decayed[:] = 1.0
 
 
 def _layout(parameters: Parameters) -> np.dtype[np.void]:
@@ -67,7 +120,7 @@ def _layout(parameters: Parameters) -> np.dtype[np.void]:
 
 
 def _state(neurons: int, real: np.dtype[Any]) -> dict[str, Any]:
-    """Return the fields of a network's state; `state.NetworkState` says what they mean."""
+    """Return the fields of `NetworkArrays`."""
     n = populations_of(neurons)[0].size
     projections = len(PROJECTIONS)
     synapses = np.dtype([("weight", real, NEURONS_PER_SIDE), ("scaled", real, NEURONS_PER_SIDE)], align=True)
@@ -90,16 +143,16 @@ def _state(neurons: int, real: np.dtype[Any]) -> dict[str, Any]:
 
 
 def _stretch(neurons: int, real: np.dtype[Any]) -> dict[str, Any]:
-    """Return the fields that a stretch of at most `STRETCH_STEPS` steps keeps (synapses.py); none outlives it.
+    """Return the scratch fields of a stretch of at most `STRETCH_STEPS` steps (synapses.py); none outlives it.
 
-    `drive`, (N,) R, is the current into each neuron from outside. `reach`, (4 n,) R, and `since`, (4 n,) int64: by
-    sensory neuron, A+ x / E and the step of its last spike. `post`, (4 n,) R, by motor neuron, and `post_gathered`,
-    (8, n) R, by projection and motor neuron: sums over the motor neuron's spikes. `next_spike`, (steps + 1, 4 n), says
-    in which step a motor neuron fired after the one in that step, from 0 on, and 0 if it did not; `last_spike`, (4 n,),
-    in which it did last. `opening`, (8,), and `course`, (8, steps + 1), float64: `gathered` when the stretch began, and
-    how far it has come since at each step. `table` is where one row is worked out (rows.py), fields of (100,) R, with
-    `margin_bits`, the memory of `margin` as integers of 64 bits; `columns`, (100,) float64, is where rows are added up
-    (readers.py).
+    `drive`, (N,) R, is the external current into each neuron. `reach`, (4 n,) R, and `since`, (4 n,) int64, per sensory
+    neuron: A+ x / E, and the step of its last spike. `post`, (4 n,) R, per motor neuron, and `post_gathered`, (8, n) R,
+    per projection and motor neuron: sums over the motor neuron's spikes. `next_spike`, (steps + 1, 4 n): the step in
+    which a motor neuron fired next after its spike in that step (row 0: its first spike), or 0; `last_spike`, (4 n,):
+    the step of its last spike. `opening`, (8,), and `course`, (8, steps + 1), float64: `gathered` when the
+    stretch began, and its change since then at each step. `table`, fields of (100,) R, is where rows.py works out one
+    row, with `margin_bits`, the memory of `margin` as 64-bit integers; `columns`, (100,) float64, is where readers.py
+    adds up rows.
     """
     n = populations_of(neurons)[0].size
     sensory, motor, projections, steps = len(SENSORY) * n, len(MOTOR) * n, len(PROJECTIONS), STRETCH_STEPS + 1
@@ -126,7 +179,7 @@ def _table(real: np.dtype[Any]) -> np.dtype[np.void]:
 
 
 def _constant(parameters: Parameters) -> dict[str, Any]:
-    """Return the fields of `Parameters`, each like what stands there: groups of numbers are records."""
+    """Return the fields of `Parameters`; groups of numbers become records."""
     fields: dict[str, Any] = {}
     for name, value in parameters._asdict().items():
         if isinstance(value, tuple):
@@ -138,7 +191,7 @@ def _constant(parameters: Parameters) -> dict[str, Any]:
 
 
 def _zeros(layout: np.dtype[np.void]) -> Memory:
-    """Return a record of zeros that begins with a page."""
+    """Return a record of zeros that begins on a page."""
     memory = np.zeros(layout.itemsize + PAGE_BYTES, np.uint8)
     start = -memory.ctypes.data % PAGE_BYTES
     record: Memory = memory[start : start + layout.itemsize].view(layout)

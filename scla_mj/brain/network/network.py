@@ -1,28 +1,28 @@
-"""The network as the brain uses it: drive populations, read their spikes, release dopamine."""
+"""The network as a library: drive populations, read their spikes, release dopamine, read and set weights."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS
+from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, populations_of
 from scla_mj.brain.network import kernel, readers
-from scla_mj.brain.network.memory import new_memory
+from scla_mj.brain.network.memory import arrays_of, initialise, new_memory
 from scla_mj.brain.network.parameters import STRETCH_STEPS, build_parameters
-from scla_mj.brain.network.state import begin, state_of
+from scla_mj.config import NetworkConfig, PlasticityConfig
 from scla_mj.errors import SclaError
 
-if TYPE_CHECKING:
-    from scla_mj.config import NetworkConfig, PlasticityConfig
-
-_SPIKES_A_CALL: Final = 4_000_000
-"""Room for a spike of every neuron in every step of a call of the kernel: longer runs are cut into several."""
+_SPIKES_PER_CALL: Final = 4_000_000
+"""Room for a spike of every neuron in every step of one call of the kernel: longer runs take several calls."""
 
 
 class Spikes(NamedTuple):
-    """The spikes of a window: their steps, from its beginning, and neurons, and the count of each population, (12,)."""
+    """The spikes of a window, in order of time: the step and the neuron of each, and the count per population, (12,).
+
+    Steps count from the beginning of the window.
+    """
 
     step: NDArray[np.int32]
     neuron: NDArray[np.int32]
@@ -32,35 +32,52 @@ class Spikes(NamedTuple):
 class Network:
     """1000 Izhikevich neurons, 80,000 plastic synapses, dopamine (paper, Tables 3 and 4, equations 1 to 4).
 
-    `neurons`, a multiple of 1000, makes a larger one with as many synapses a neuron (see anatomy.py). A window of time
-    begins with a call of `run`, or of `advance` that does not go on.
+    A window of time begins with a call of `run`, or of `advance` unless that extends the one before.
+
+    Args:
+        network: initial weights, noise, fixed wiring and number format.
+        plasticity: STDP, eligibility and dopamine.
+        neural_step_ms: length of one step.
+        seed: of the initial weights and of the noise; a run with this seed has the same network.
+        neurons: N, a multiple of 1000; a larger network has as many synapses per neuron (anatomy.py).
 
     Attributes:
-        state: what changes with time, views of `memory`, which is what the kernel works on.
-        spike_count: spikes in the window so far.
+        populations: the 12 populations, each with `name`, `start` and `stop`: neurons [start, stop).
+        projections: the 8 plastic projections in the order of `weights`, each with `name`, `sensor` and `motor`.
+        arrays: the state as the kernel keeps it, views of its `memory` (memory.py).
+        spike_count: number of spikes in the window so far.
 
     Raises:
-        SclaError: `neurons` is no multiple of 1000.
+        SclaError: `neurons` is not a multiple of 1000, or `seed` is not a whole number.
+
+    Example:
+        >>> network = Network(seed=0)
+        >>> drive = np.zeros(1000)
+        >>> drive[:100] = 8.0  # the first population, SU
+        >>> counts = network.advance(50, drive)  # 50 ms; spikes per population, (12,)
     """
+
+    projections = PROJECTIONS
 
     def __init__(
         self,
-        network: NetworkConfig,
-        plasticity: PlasticityConfig,
+        network: NetworkConfig = NetworkConfig(),
+        plasticity: PlasticityConfig = PlasticityConfig(),
         *,
-        neural_step_ms: float,
-        weights: np.random.Generator,
-        noise: np.random.SeedSequence,
+        neural_step_ms: float = 1.0,
+        seed: int = 0,
         neurons: int = NEURON_COUNT,
     ) -> None:
         if neurons < NEURON_COUNT or neurons % NEURON_COUNT:
             raise SclaError(f"a network of {neurons} neurons has no such populations: choose a multiple of 1000")
+        _require_count("seed", seed)
+        self.populations = populations_of(neurons)
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
         self.memory = new_memory(self.parameters)
-        self.state = state_of(self.memory)
-        begin(self.state, network, weights=weights, noise=noise)
-        self._steps_a_call = max(STRETCH_STEPS, _SPIKES_A_CALL // neurons)
+        self.arrays = arrays_of(self.memory)
+        initialise(self.arrays, network, seed=seed)
+        self._steps_per_call = max(STRETCH_STEPS, _SPIKES_PER_CALL // neurons)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._nothing = np.zeros(len(PROJECTIONS))
@@ -68,94 +85,88 @@ class Network:
         self._counts = np.zeros(len(POPULATIONS), np.int64)
         self._window_steps = 0
         self.spike_count = 0
-        self._spike_step = np.empty(2 * _SPIKES_A_CALL, np.int32)
+        self._spike_step = np.empty(2 * _SPIKES_PER_CALL, np.int32)
         self._spike_neuron = np.empty_like(self._spike_step)
-        self._means = np.empty(len(self.state.weight))
-        self._mean_at = np.full(len(self.state.weight), -1)
+        self._means = np.empty(len(PROJECTIONS))
+        self._mean_at = np.full(len(PROJECTIONS), -1)
 
     @property
     def weights(self) -> NDArray[Any]:
-        """The weights of now, (8, 100, 100): projection, pre- and postsynaptic neuron; a copy.
+        """The weights, mV, (8, 100, 100): projection, presynaptic and postsynaptic neuron; a read-only copy.
 
-        In a larger network (8, blocks, 100, 100): a neuron reaches those of its own block of 100.
-        """
-        weights = np.empty(self.state.weight.shape, self._real)
-        readers.read_weights(self.memory, weights)
-        return _by_block(weights)
+        In a larger network (8, blocks, 100, 100): a neuron reaches those of its own block of 100. To change weights,
+        change a copy and assign it::
 
-    @weights.setter
-    def weights(self, weights: NDArray[Any]) -> None:
-        """Set the weights; what lies out of bounds is clipped when it is read, or changed.
+            weights = network.weights.copy()
+            weights[0, :, 5] = 4.0  # all synapses of projection SUtoMU onto the motor neuron 5 of MU
+            network.weights = weights
 
         Raises:
-            SclaError: they have another shape, or one of them is not finite.
+            SclaError: on assignment, of another shape, or of values that are not within 0 to weight_max.
         """
-        _require_shape("weights", weights, _by_block(self.state.weight).shape)
-        if not np.isfinite(weights).all():
-            raise SclaError("a weight is not finite: all must be numbers")
-        self.state.weight[:] = weights.reshape(self.state.weight.shape)
-        self.state.gathered_at[:] = self.state.gathered[:, np.newaxis]
+        weights = np.empty(self.arrays.weight.shape, self._real)
+        readers.read_weights(self.memory, weights)
+        return _read_only(_by_block(weights))
+
+    @weights.setter
+    def weights(self, weights: ArrayLike) -> None:
+        _require_shape("weights", weights, _by_block(self.arrays.weight).shape)
+        values, highest = np.asarray(weights, self._real), self.parameters.plasticity.weight_max
+        if not (np.isfinite(values).all() and values.min() >= 0.0 and values.max() <= highest):
+            low, high = values.min(), values.max()
+            raise SclaError(f"weights go from {low:g} to {high:g}: every weight must be a number from 0 to {highest:g}")
+        self.arrays.weight[:] = values.reshape(self.arrays.weight.shape)
+        self.arrays.gathered_at[:] = self.arrays.gathered[:, np.newaxis]
         self._mean_at[:] = -1
 
     @property
     def eligibility(self) -> NDArray[Any]:
-        """The eligibility traces of now, a copy shaped like the weights."""
+        """The eligibility traces, shaped like the weights; a read-only copy."""
         sensors = [projection.sensor for projection in PROJECTIONS]
-        decayed = self.state.decayed[sensors].astype(self._real)
-        return _by_block(self.state.scaled * decayed[:, np.newaxis, np.newaxis])
+        decayed = self.arrays.decayed[sensors].astype(self._real)
+        return _read_only(_by_block(self.arrays.scaled * decayed[:, np.newaxis, np.newaxis]))
 
     @property
     def dopamine(self) -> NDArray[np.float64]:
-        """The dopamine concentration at each projection, (8,); a copy."""
-        return self.state.dopamine + self._due() if self._releases else self.state.dopamine.copy()
+        """The dopamine concentration at each projection, (8,); a read-only copy."""
+        return _read_only(self.arrays.dopamine + self._due())
 
     def mean_weights(self) -> NDArray[np.float64]:
-        """Return each projection's mean weight, (8,)."""
+        """Return each projection's mean weight, mV, (8,)."""
         readers.mean_weights(self.memory, self._mean_at, self._means)
         return self._means.copy()
 
-    def run(self, steps: int, drive: NDArray[Any] | None = None, *, first_step: int = 0) -> Spikes:
-        """Run `steps` neural steps under a constant current into each neuron, (N,), and return the spikes.
+    def run(self, steps: int, drive: ArrayLike | None = None, *, first_step: int = 0) -> Spikes:
+        """Run `steps` steps under a constant current into each neuron, (N,), and return their spikes.
 
-        `first_step` is the number that the first step's spikes carry.
+        `first_step` is the number of the first step in `Spikes.step`.
 
         Raises:
-            SclaError: `steps` or `drive` cannot be, or a membrane potential is no longer finite: then none will be.
+            SclaError: `steps` or `drive` is not valid, or a membrane potential is no longer finite (it stays so).
         """
         self.advance(steps, drive)
         spikes = self.spikes()
         return spikes._replace(step=spikes.step + np.int32(first_step))
 
-    def advance(self, steps: int, drive: NDArray[Any] | None = None, *, goes_on: bool = False) -> NDArray[np.int64]:
-        """Run as `run` does, but hand out no spikes; return how often each population has fired in the window, (12,).
+    def advance(self, steps: int, drive: ArrayLike | None = None, *, extend: bool = False) -> NDArray[np.int64]:
+        """Run like `run`, but return only how often each population has fired in the window, (12,).
 
-        A call that `goes_on` makes the window longer: what is counted, and what `spikes` returns, is of all of it.
+        With `extend` the steps belong to the window of the call before: counts and `spikes` cover all of it.
 
         Raises:
-            SclaError: `steps` or `drive` cannot be, or a membrane potential is no longer finite: then none will be.
+            SclaError: `steps` or `drive` is not valid, or a membrane potential is no longer finite (it stays so).
         """
-        drive = self._undriven if drive is None else np.ascontiguousarray(drive, self._real)
-        _require_shape("drive", drive, self._undriven.shape)
-        if not isinstance(steps, int | np.integer) or steps < 0:
-            raise SclaError(f"a network cannot run {steps} steps: it must be a whole number, 0 or more")
-        if not goes_on:
+        current = self._undriven if drive is None else np.ascontiguousarray(drive, self._real)
+        _require_shape("drive", current, self._undriven.shape)
+        _require_count("steps", steps)
+        if not extend:
             self._begin_window()
         wanted = self._window_steps + steps
         while self._window_steps < wanted:
             released = self._take_due()
-            size = min(self._steps_a_call, wanted - self._window_steps, self._steps_to_release())
+            size = min(self._steps_per_call, wanted - self._window_steps, self._steps_to_release())
             self._reserve(size)
-            filled = kernel.run(
-                self.memory,
-                drive,
-                released,
-                size,
-                self._window_steps,
-                self._spike_step,
-                self._spike_neuron,
-                self.spike_count,
-                self._counts,
-            )
+            filled = self._run(size, current, released)
             if filled == kernel.NOT_FINITE:
                 raise SclaError(
                     "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
@@ -170,42 +181,61 @@ class Network:
         count = self.spike_count
         return Spikes(self._spike_step[:count].copy(), self._spike_neuron[:count].copy(), self._counts.copy())
 
-    def saved(self) -> dict[str, Any]:
-        """Return copies of all that `restore` needs: the arrays of `state`, the steps so far, dopamine on its way."""
-        arrays = {name: array.copy() for name, array in self.state._asdict().items()}
+    def release_dopamine(self, amount: ArrayLike, *, delay_steps: int = 0) -> None:
+        """Add a signed amount to the dopamine concentration at each projection, (8,), now or after some steps.
+
+        Raises:
+            SclaError: `amount` is not eight finite numbers, or `delay_steps` is not a whole number.
+        """
+        _require_shape("amount", amount, self._nothing.shape)
+        _require_count("delay_steps", delay_steps)
+        released = np.array(amount, np.float64)
+        if not np.isfinite(released).all():
+            raise SclaError(f"amount is {released.tolist()}: every amount of dopamine must be a finite number")
+        self._releases.append((self._steps + delay_steps, released))
+
+    def state(self) -> dict[str, Any]:
+        """Return copies of all that changes: the arrays, the number of steps so far, dopamine that is still to come."""
+        arrays = {name: array.copy() for name, array in self.arrays._asdict().items()}
         releases = [{"due": due, "amount": amount.copy()} for due, amount in self._releases]
         means = {"values": self._means.copy(), "at": self._mean_at.copy()}
         return {"arrays": arrays, "steps": self._steps, "releases": releases, "means": means}
 
-    def restore(self, saved: dict[str, Any]) -> None:
-        """Go on from what `saved` returned, to the bit; with a new window."""
+    def restore(self, state: dict[str, Any]) -> None:
+        """Restore a `state`, bit-identically, and begin a new window."""
         self._begin_window()
-        for name, array in saved["arrays"].items():
-            getattr(self.state, name)[:] = array
-        self._steps = saved["steps"]
-        self._releases = [(release["due"], release["amount"]) for release in saved["releases"]]
-        self._means[:], self._mean_at[:] = saved["means"]["values"], saved["means"]["at"]
+        for name, array in state["arrays"].items():
+            getattr(self.arrays, name)[:] = array
+        self._steps = state["steps"]
+        self._releases = [(release["due"], release["amount"]) for release in state["releases"]]
+        self._means[:], self._mean_at[:] = state["means"]["values"], state["means"]["at"]
+
+    def _run(self, steps: int, drive: NDArray[Any], released: NDArray[np.float64]) -> int:
+        """Release dopamine and run; add to the window's spikes and counts. Return the number of spikes in it."""
+        filled: int = kernel.run(
+            self.memory,
+            drive,
+            released,
+            steps,
+            self._window_steps,
+            self._spike_step,
+            self._spike_neuron,
+            self.spike_count,
+            self._counts,
+        )
+        return filled
 
     def _begin_window(self) -> None:
         self._counts[:] = self.spike_count = self._window_steps = 0
 
     def _reserve(self, steps: int) -> None:
-        """Make room for a spike of every neuron in every step, behind those that there are."""
+        """Make room for a spike of every neuron in every step, after those already stored."""
         wanted = self.spike_count + steps * len(self._undriven) + 1
         if wanted > len(self._spike_step):
             room = np.empty(2 * wanted - len(self._spike_step), np.int32)
             self._spike_step, self._spike_neuron = (
                 np.concatenate((memory, room)) for memory in (self._spike_step, self._spike_neuron)
             )
-
-    def release_dopamine(self, amount: NDArray[np.float64], *, delay_steps: int = 0) -> None:
-        """Add a signed amount to the dopamine concentration at each projection, (8,), now or some steps from now.
-
-        Raises:
-            SclaError: the amount is no (8,) array.
-        """
-        _require_shape("amount", amount, self._nothing.shape)
-        self._releases.append((self._steps + delay_steps, amount))
 
     def _due(self) -> NDArray[np.float64]:
         """Return the dopamine that is to be released before the next step, (8,)."""
@@ -222,7 +252,7 @@ class Network:
 
     def _steps_to_release(self) -> int:
         if not self._releases:
-            return self._steps_a_call
+            return self._steps_per_call
         return min(due - self._steps for due, _ in self._releases)
 
 
@@ -232,8 +262,19 @@ def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:
     return blocks[:, 0] if blocks.shape[1] == 1 else blocks
 
 
-def _require_shape(name: str, array: NDArray[Any], wanted: tuple[int, ...]) -> None:
-    """Compiled code looks at no bounds."""
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy made for a reader such that writing to it, which would change nothing here, raises."""
+    array.setflags(write=False)
+    return array
+
+
+def _require_shape(name: str, array: ArrayLike, wanted: tuple[int, ...]) -> None:
+    """Compiled code checks no bounds."""
     shape = array.shape if isinstance(array, np.ndarray) else np.shape(array)
     if shape != wanted:
         raise SclaError(f"{name} has the shape {shape}: it must be {wanted}")
+
+
+def _require_count(name: str, value: int) -> None:
+    if not isinstance(value, int | np.integer) or value < 0:
+        raise SclaError(f"{name} is {value}: it must be a whole number, 0 or more")

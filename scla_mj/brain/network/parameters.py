@@ -27,11 +27,12 @@ class CellType(NamedTuple):
 REGULAR_SPIKING: Final = CellType(0.02, 0.2, -65.0, 8.0)
 FAST_SPIKING: Final = CellType(0.1, 0.2, -65.0, 2.0)
 
-# Below these, dopamine and eligibility (FLOOR) and STDP traces (TRACE_FLOOR) are zero: subnormal numbers would slow the
-# kernel thirteen-fold, and what is zero costs nothing. What is cut off moves no weight by as much as its own
-# rounding: rate tau_d FLOOR times an eligibility of 0.4 is 4e-7 in float32, where a weight of 4 has steps of 4.8e-7.
-FLOOR: Final = {"float32": 1e-7, "float64": 1e-12}
-TRACE_FLOOR: Final = {"float32": 1e-6, "float64": 1e-13}
+# Lower bounds: a smaller dopamine concentration, eligibility (LOWER_BOUND) or STDP trace (TRACE_LOWER_BOUND) becomes
+# zero. Subnormal numbers would slow the kernel thirteen-fold, and zeros cost nothing. What is dropped moves no weight
+# by as much as its own rounding: rate tau_d LOWER_BOUND times an eligibility of 0.4 is 4e-7 in float32, where a weight
+# of 4 has steps of 4.8e-7.
+LOWER_BOUND: Final = {"float32": 1e-7, "float64": 1e-12}
+TRACE_LOWER_BOUND: Final = {"float32": 1e-6, "float64": 1e-13}
 
 STRETCH_STEPS: Final = 50
 """Steps between two looks at every neuron with a trace (synapses.py): a thinking window, 2.5 STDP time constants."""
@@ -71,8 +72,8 @@ class PlasticityConstants(NamedTuple):
     depression: Any
     trace_decay: Any
     weight_max: Any
-    floor: Any
-    trace_floor: Any
+    lower_bound: Any
+    trace_lower_bound: Any
 
 
 class Wiring(NamedTuple):
@@ -132,8 +133,8 @@ def build_parameters(
             depression=real(plasticity.stdp_depression),
             trace_decay=real(math.exp(-neural_step_ms / plasticity.stdp_tau_ms)),
             weight_max=real(network.weight_max),
-            floor=real(FLOOR[network.precision]),
-            trace_floor=real(TRACE_FLOOR[network.precision]),
+            lower_bound=real(LOWER_BOUND[network.precision]),
+            trace_lower_bound=real(TRACE_LOWER_BOUND[network.precision]),
         ),
         wiring=Wiring(
             motor_to_inhibitory=real(network.motor_to_inhibitory * share),

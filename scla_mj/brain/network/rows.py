@@ -78,15 +78,15 @@ def is_sure(margin_bits: Any, sign_bits: Any) -> bool:
 
 
 @leaf_njit()
-def settle_row(weight: Any, scaled: Any, moved: Any, decayed: Any, weight_max: Any, floor: Any) -> None:
-    """Make `weight` the clipped w of now, and `scaled` the eligibility c; what is under the floor is zero."""
+def settle_row(weight: Any, scaled: Any, moved: Any, decayed: Any, weight_max: Any, lower_bound: Any) -> None:
+    """Make `weight` the clipped w of now, and `scaled` the eligibility c; what is under the lower_bound is zero."""
     zero = weight.dtype.type(0)
     if moved != zero:
         for j in range(BLOCK):
             weight[j] = min(max(weight[j] + scaled[j] * moved, zero), weight_max)
     for j in range(BLOCK):
         eligibility = scaled[j] * decayed
-        scaled[j] = eligibility if abs(eligibility) >= floor else zero
+        scaled[j] = eligibility if abs(eligibility) >= lower_bound else zero
 
 
 @leaf_njit(inline="always")

@@ -86,7 +86,7 @@ def _keep_in_range(m: Any, side: int) -> None:
 @leaf_njit()
 def close_stretch(m: Any, step: int) -> None:
     """End a stretch of `step` steps: give every sensory neuron with a trace what it missed; drop traces that faded."""
-    zero, trace_floor = m.trace.dtype.type(0), m.plasticity.trace_floor
+    zero, trace_lower_bound = m.trace.dtype.type(0), m.plasticity.trace_lower_bound
     size = m.synapses.shape[1]
     for neuron in range(SIDES * size):
         if m.trace[neuron] > zero:
@@ -99,7 +99,7 @@ def close_stretch(m: Any, step: int) -> None:
                 else:
                     catch_up(m, k, neuron, step)
     for neuron in range(m.trace.shape[0]):
-        if m.trace[neuron] < trace_floor:
+        if m.trace[neuron] < trace_lower_bound:
             m.trace[neuron] = zero
 
 
@@ -206,13 +206,13 @@ def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
 def settle(m: Any, side: int) -> None:
     """Between two stretches, make `scaled` a sensor's eligibility c, and `weight` its weights: E is 1 and G is 0."""
     real = m.trace.dtype.type
-    weight_max, floor = m.plasticity.weight_max, m.plasticity.floor
+    weight_max, lower_bound = m.plasticity.weight_max, m.plasticity.lower_bound
     for connection in range(CONNECTIONS):
         k = OUT_OF_SENSOR[side, connection]
         for row in range(m.synapses.shape[1]):
             moved = real(m.gathered[k] - m.gathered_at[k, row])
             synapses = m.synapses[k, row]
-            settle_row(synapses.weight, synapses.scaled, moved, real(m.decayed[side]), weight_max, floor)
+            settle_row(synapses.weight, synapses.scaled, moved, real(m.decayed[side]), weight_max, lower_bound)
             m.gathered_at[k, row] = 0.0
         m.gathered[k] = 0.0
     m.decayed[side] = 1.0
