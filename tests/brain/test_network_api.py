@@ -1,0 +1,91 @@
+"""The network as a library: its seed, names, windows and weights, and what it refuses."""
+
+import numpy as np
+import pytest
+from network_pair import build
+
+from scla_mj.brain.network.network import Network
+from scla_mj.brain.scla import SclaBrain
+from scla_mj.config import NetworkConfig, RunConfig
+from scla_mj.errors import SclaError
+
+
+@pytest.mark.parametrize(
+    ("ask", "sentence"),
+    [
+        (lambda network: network.run(5, np.zeros(999)), r"drive has the shape \(999,\): it must be \(1000,\)"),
+        (lambda network: network.advance(5, np.zeros((2, 1000))), r"drive has the shape \(2, 1000\)"),
+        (lambda network: network.release_dopamine(np.ones(3)), r"amount has the shape \(3,\): it must be \(8,\)"),
+        (lambda network: network.run(-1), "steps is -1: it must be a whole number"),
+        (lambda network: network.run(2.5), "steps is 2.5: it must be a whole number"),
+        (lambda network: network.release_dopamine(np.full(8, np.nan)), "every amount of dopamine must be a finite"),
+        (lambda network: network.release_dopamine(np.ones(8), delay_steps=-1), "delay_steps is -1"),
+        (lambda network: setattr(network, "weights", np.full((8, 100, 100), np.nan)), "must be a number from 0 to 4"),
+        (lambda network: setattr(network, "weights", np.full((8, 100, 100), 4.5)), "weights go from 4.5 to 4.5"),
+        (lambda network: setattr(network, "weights", np.full((8, 100, 100), -0.5)), "from 0 to 4"),
+        (lambda network: setattr(network, "weights", np.ones((100, 100, 8))), r"weights has the shape \(100, 100, 8\)"),
+        (lambda _: build(neurons=1500), "choose a multiple of 1000"),
+        (lambda _: build(seed=-1), "seed is -1: it must be a whole number, 0 or more"),
+    ],
+)
+def test_what_no_network_can_take_is_refused_in_a_sentence(ask, sentence):
+    with pytest.raises(SclaError, match=sentence):
+        ask(build())
+
+
+def test_a_window_that_goes_on_counts_all_of_it_and_hands_out_copies():
+    drive = np.zeros(1000)
+    drive[:100] = 8.0
+    whole, parts = build(NetworkConfig()), build(NetworkConfig())
+    expected = whole.run(80, drive)
+    first = parts.advance(50, drive)
+    first[:] = 0
+    parts.spikes().counts[:] = 0
+    counts = parts.advance(30, drive, extend=True)
+    np.testing.assert_array_equal(counts, expected.counts)
+    np.testing.assert_array_equal(parts.spikes().step, expected.step)
+    np.testing.assert_array_equal(parts.spikes().neuron, expected.neuron)
+    assert parts.spike_count == len(expected.step) > 0
+
+
+def test_the_network_of_a_seed_is_that_of_a_run_with_the_seed():
+    config = RunConfig(seed=7)
+    brain = SclaBrain(config, config.build_clock())
+    alone = Network(seed=7)
+    drive = np.zeros(1000)
+    drive[300:400] = 8.0
+    np.testing.assert_array_equal(alone.weights, brain.network.weights)
+    np.testing.assert_array_equal(alone.run(100, drive).neuron, brain.network.run(100, drive).neuron)
+
+
+def test_assigned_weights_are_those_of_the_next_spikes_and_an_edit_in_place_is_refused():
+    network = build()
+    weights = np.zeros((8, 100, 100))
+    weights[0, 3, 5] = 4.0
+    network.weights = weights.tolist()
+    drive = np.zeros(1000)
+    drive[3] = 200.0
+    network.run(1, drive)
+    assert np.flatnonzero(network.arrays.synaptic).tolist() == [405]
+    for array in (network.weights, network.eligibility, network.dopamine):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 99.0
+
+
+def test_weights_that_were_read_can_be_assigned_in_any_number_format():
+    network = Network(NetworkConfig(weight_low=0.1, weight_high=0.3, weight_max=0.3))
+    network.release_dopamine(np.full(8, 5.0))
+    network.run(1000, np.full(1000, 8.0))
+    weights = network.weights
+    assert weights.max() == np.float32(0.3)
+    network.weights = weights.astype(float)
+    np.testing.assert_array_equal(network.weights, weights)
+
+
+def test_populations_and_projections_are_known_by_name():
+    network = Network()
+    up = next(population for population in network.populations if population.name == "SU")
+    drive = np.zeros(1000)
+    drive[up.start : up.stop] = 200.0
+    assert network.run(1, drive).neuron.tolist() == list(range(up.start, up.stop))
+    assert [projection.name for projection in network.projections][:2] == ["SUtoMU", "SUtoMD"]
