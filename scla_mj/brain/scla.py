@@ -34,7 +34,7 @@ class SclaBrain(Brain):
         config, clock = checked.config, checked.clock
         self._config = config
         self._clock = clock
-        self.network = self.build_network(config, clock)
+        self.network = self.build_network(checked)
         cells = config.grid.cells
         self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN))
         self.states = CellStates(discount=config.automaton.discount)
@@ -49,9 +49,10 @@ class SclaBrain(Brain):
         self._counts = self._thinking_counts = self.network.advance(0)
         self._thinking_spikes = self._driven_steps = 0
 
-    def build_network(self, config: RunConfig, clock: Clock) -> Network:
+    def build_network(self, checked: CheckedConfig) -> Network:
         """Return the network of this brain. Override it for a network, or a learning rule (dense.py), of your own."""
-        return Network(config.network, config.plasticity, neural_step_ms=clock.neural_step_ms, seed=config.seed)
+        config, step_ms = checked.config, checked.clock.neural_step_ms
+        return Network(config.network, config.plasticity, neural_step_ms=step_ms, seed=config.seed)
 
     def decide(self, percept: Percept) -> Decision:
         """Drive the sensed direction's population, or the motors that the automaton advises; most spikes win."""

@@ -10,6 +10,7 @@ from network_pair import CHUNK_MS, PLASTICITY, QUIET, dyadic, run_both
 from scla_mj.brain.network.dense import DenseNetwork, PairSTDP
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.checked import check
 from scla_mj.config import NetworkConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell
@@ -96,7 +97,8 @@ def test_a_rule_of_ones_own_hears_every_spike_of_every_projection_and_changes_we
 
 
 class DenseBrain(SclaBrain):
-    def build_network(self, config, clock):
+    def build_network(self, checked):
+        config, clock = checked.config, checked.clock
         return DenseNetwork(
             config.network, config.plasticity, neural_step_ms=clock.neural_step_ms, seed=config.seed, rule=PairSTDP
         )
@@ -104,7 +106,7 @@ class DenseBrain(SclaBrain):
 
 def test_a_brain_with_a_dense_network_decides_as_the_compiled_one_does():
     config = RunConfig(network=dataclasses.replace(EXACT), plasticity=PLASTICITY)
-    brains = [kind(config, config.build_clock()) for kind in (SclaBrain, DenseBrain)]
+    brains = [kind(check(config)) for kind in (SclaBrain, DenseBrain)]
     for sensed in (Action.UP, Action.LEFT):
         percept = Percept(Cell(3, 2), sensed)
         compiled, dense = [brain.decide(percept) for brain in brains]

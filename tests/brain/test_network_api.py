@@ -6,6 +6,7 @@ from network_pair import build
 
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.checked import check
 from scla_mj.config import NetworkConfig, RunConfig
 from scla_mj.errors import SclaError
 
@@ -25,7 +26,10 @@ from scla_mj.errors import SclaError
         (lambda network: setattr(network, "weights", np.full((8, 100, 100), -0.5)), "from 0 to 4"),
         (lambda network: setattr(network, "weights", np.ones((100, 100, 8))), r"weights has the shape \(100, 100, 8\)"),
         (lambda _: build(neurons=1500), "choose a multiple of 1000"),
-        (lambda _: build(seed=-1), "seed is -1: it must be a whole number, 0 or more"),
+        (lambda _: build(seed=-1), "--seed is -1"),
+        (lambda _: Network(NetworkConfig(precision="float16")), "--network.precision is 'float16'"),
+        (lambda _: Network(NetworkConfig(weight_high=5.0)), "above --network.weight-max"),
+        (lambda _: build(neural_step_ms=5.0), "--clock.neural-step-ms is 5.0"),
     ],
 )
 def test_what_no_network_can_take_is_refused_in_a_sentence(ask, sentence):
@@ -50,7 +54,7 @@ def test_a_window_that_goes_on_counts_all_of_it_and_hands_out_copies():
 
 def test_the_network_of_a_seed_is_that_of_a_run_with_the_seed():
     config = RunConfig(seed=7)
-    brain = SclaBrain(config, config.build_clock())
+    brain = SclaBrain(check(config))
     alone = Network(seed=7)
     drive = np.zeros(1000)
     drive[300:400] = 8.0

@@ -75,8 +75,8 @@ import os, signal
 from scla_mj.brain.baselines import QLearningBrain
 
 class Interrupting(QLearningBrain):
-    def __init__(self, config, clock):
-        super().__init__(config, clock)
+    def __init__(self, checked, settings):
+        super().__init__(checked, settings)
         self.decided = 0
 
     def decide(self, percept):

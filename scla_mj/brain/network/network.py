@@ -11,8 +11,10 @@ from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECT
 from scla_mj.brain.network import kernel, readers
 from scla_mj.brain.network.memory import arrays_of, initialise, new_memory
 from scla_mj.brain.network.parameters import STRETCH_STEPS, build_parameters
-from scla_mj.config import NetworkConfig, PlasticityConfig
+from scla_mj.checked import check, option
+from scla_mj.config import ClockConfig, NetworkConfig, PlasticityConfig, RunConfig
 from scla_mj.errors import SclaError
+from scla_mj.validation import validated
 
 _SPIKES_PER_CALL: Final = 4_000_000
 """Room for a spike of every neuron in every step of one call of the kernel: longer runs take several calls."""
@@ -48,7 +50,7 @@ class Network:
         spike_count: number of spikes in the window so far.
 
     Raises:
-        SclaError: `neurons` is not a multiple of 1000, or `seed` is not a whole number.
+        SclaError: `neurons` is not a multiple of 1000, or a setting is not valid.
 
     Example:
         >>> network = Network(seed=0)
@@ -70,13 +72,14 @@ class Network:
     ) -> None:
         if neurons < NEURON_COUNT or neurons % NEURON_COUNT:
             raise SclaError(f"a network of {neurons} neurons has no such populations: choose a multiple of 1000")
-        _require_count("seed", seed)
+        checked = check(RunConfig(network=network, plasticity=plasticity, seed=seed)).config
+        validated(ClockConfig, {"neural_step_ms": neural_step_ms}, spell=lambda path: option(("clock", *path)))
         self.populations = populations_of(neurons)
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
         self.memory = new_memory(self.parameters)
         self.arrays = arrays_of(self.memory)
-        initialise(self.arrays, network, seed=seed)
+        initialise(self.arrays, network, seed=checked.seed)
         self._steps_per_call = max(STRETCH_STEPS, _SPIKES_PER_CALL // neurons)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
