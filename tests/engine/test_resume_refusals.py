@@ -280,7 +280,7 @@ def test_a_run_of_the_library_is_not_resumed_with_another_brain(run):
 
 
 def test_the_documented_methods_make_the_documented_brain_resumable(tmp_path, monkeypatch):
-    brain, methods = re.findall(r"```python\n(.*?)```", OWN_BRAIN.read_text(encoding="utf-8"), re.DOTALL)
+    brain, _, methods = re.findall(r"```python\n(.*?)```", OWN_BRAIN.read_text(encoding="utf-8"), re.DOTALL)
     (tmp_path / "documented_brain.py").write_text(brain + "\n" + textwrap.indent(methods, "    "))
     monkeypatch.chdir(tmp_path)
     config = dataclasses.replace(QUICK, brain="documented_brain:LastGoodMove", protocol="sensed-start")
