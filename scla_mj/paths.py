@@ -19,6 +19,7 @@ WEIGHTS_PNG: Final = "weights.png"
 POLICY_PNG: Final = "policy.png"
 RECORDING_RRD: Final = "recording.rrd"
 SEAL_JSON: Final = "seal.json"
+LOCK: Final = ".lock"
 
 _PART_PATTERN: Final = re.compile(r"recording(?:-([1-9]\d*))?\.rrd")
 
