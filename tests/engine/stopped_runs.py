@@ -4,6 +4,7 @@ import dataclasses
 
 import pytest
 
+from scla_mj.paths import LOCK
 from scla_mj.config import RunConfig
 from scla_mj.engine.resume import resume
 from scla_mj.engine.rollout import rollout
@@ -51,9 +52,9 @@ def assert_same_run(first, second):
 
 
 def refused(path, **how):
-    files = {file.name: file.read_bytes() for file in path.iterdir()}
+    files = {file.name: file.read_bytes() for file in path.iterdir() if file.name != LOCK}
     with pytest.raises(SclaError) as caught:
         resume(path, pictures=False, **how)
     assert "\n" not in str(caught.value)
-    assert {file.name: file.read_bytes() for file in path.iterdir()} == files
+    assert {file.name: file.read_bytes() for file in path.iterdir() if file.name != LOCK} == files
     return str(caught.value)
