@@ -195,7 +195,7 @@ class Session:
             return summary
         write_summary(path, summary)
         memory = self._simulation.brain.snapshot()
-        write_brain(path, memory)
+        write_brain(path, memory, self._account.history.curve())
         if self._pictures:
             self._draw(summary, memory)
         if complete:

@@ -15,16 +15,21 @@ from scla_mj.grid import Action
 from scla_mj.paths import BRAIN_NPZ
 from scla_mj.runs.archive import add_array
 from scla_mj.runs.atomic import cannot_read, check_regular, replacing
+from scla_mj.runs.history import WeightCurve
 from scla_mj.signals import Snapshot
 
 WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
-_MEMBERS: Final = ("weights", "projections", "probabilities")
+_HISTORY: Final = tuple(f"history_{name}" for name in WeightCurve._fields)
+_MEMBERS: Final = ("weights", "projections", "probabilities", *_HISTORY)
 PROBABILITY_TOLERANCE: Final = 1e-6
 """Far above the rounding of four summed float64 numbers, far below any visible change of a policy."""
 
 
-def write_brain(folder: Path, snapshot: Snapshot) -> None:
+def write_brain(folder: Path, snapshot: Snapshot, history: WeightCurve | None = None) -> None:
     """Write `brain.npz`: `weights` (8, 100, 100), their `projections` (8,), `probabilities` (W, H, 4), those there are.
+
+    The `history` of the mean weights, if it has any samples, is written as `history_decision`, `history_time_s` and
+    `history_mean_weights`.
 
     Raises:
         SclaError: the folder cannot be written to.
@@ -35,6 +40,8 @@ def write_brain(folder: Path, snapshot: Snapshot) -> None:
         arrays["projections"] = np.array(PROJECTION_NAMES)
     if snapshot.probabilities is not None:
         arrays["probabilities"] = snapshot.probabilities
+    if history is not None and len(history.decision):
+        arrays |= dict(zip(_HISTORY, history, strict=True))
     with replacing(Path(folder) / BRAIN_NPZ) as scratch, zipfile.ZipFile(scratch, "w") as archive:
         for name, array in arrays.items():
             add_array(archive, name, array)
@@ -49,6 +56,25 @@ def read_brain(folder: Path) -> Snapshot:
     path = Path(folder) / BRAIN_NPZ
     arrays = _read_members(path)
     return Snapshot(_checked_weights(path, arrays), _checked_probabilities(path, arrays))
+
+
+def read_weight_history(folder: Path) -> WeightCurve | None:
+    """Return the mean weights over the run that its `brain.npz` holds; None for a brain without synapses.
+
+    Raises:
+        SclaError: the file is missing or damaged.
+    """
+    path = Path(folder) / BRAIN_NPZ
+    arrays = _read_members(path)
+    if not arrays.keys() & set(_HISTORY):
+        return None
+    decision, time_s, means = (arrays.get(name, np.zeros(0)) for name in _HISTORY)
+    sound = (
+        decision.ndim == 1 and decision.shape == time_s.shape and means.shape == (len(decision), len(PROJECTION_NAMES))
+    )
+    if not (sound and np.issubdtype(decision.dtype, np.integer) and np.isfinite(means).all()):
+        raise SclaError(f"{path} is damaged: the history of the mean weights must be (n,), (n,) and (n, 8)")
+    return WeightCurve(decision, time_s, means)
 
 
 def _read_members(path: Path) -> dict[str, NDArray[Any]]:

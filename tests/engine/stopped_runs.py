@@ -4,11 +4,11 @@ import dataclasses
 
 import pytest
 
-from scla_mj.paths import LOCK
 from scla_mj.config import RunConfig
 from scla_mj.engine.resume import resume
 from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
+from scla_mj.paths import LOCK
 from scla_mj.runs.summary import read_summary
 
 QUICK = RunConfig(epochs=2, decisions=30, telemetry="off")

@@ -1,0 +1,194 @@
+"""A run read back from its folder, whole, unfinished or resumed: one object for everything that it left."""
+
+from __future__ import annotations
+
+import functools
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scla_mj import paths
+from scla_mj.checked import CheckedConfig, check
+from scla_mj.errors import SclaError
+from scla_mj.runs.brain import read_brain, read_weight_history
+from scla_mj.runs.checkpoint import read_checkpoint
+from scla_mj.runs.decisions import read_decisions
+from scla_mj.runs.folder import open_run
+from scla_mj.runs.history import WeightCurve
+from scla_mj.runs.summary import Summary, read_summary
+from scla_mj.signals import Snapshot
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from scla_mj.engine.inspection import RunInspection
+    from scla_mj.telemetry.reading.series import DecisionSpikes, DecisionTrajectory
+
+
+class StoredRun:
+    """One run folder. Each part is read when it is first asked for; one that the run lacks is refused with a sentence.
+
+    Decisions are numbered over the whole run, from 1.
+
+    Attributes:
+        path: the run folder.
+        config: the settings that made it.
+        run_id: the identity of the run and of its recording.
+        versions: package versions that it began with.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        run = open_run(Path(path))
+        self.path, self.config, self._run = run.path, run.config, run
+        self.run_id, self.versions = run.run_id, run.versions
+
+    def __repr__(self) -> str:
+        config, state = self.config, "complete" if self.is_complete else "unfinished"
+        return f"StoredRun({str(self.path)!r}: {config.brain}, {config.protocol}, seed {config.seed}, {state})"
+
+    @functools.cached_property
+    def checked(self) -> CheckedConfig:
+        """The configuration with its grid, clock and ceilings."""
+        return check(self.config)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every decision was made and the run's end was written; `scla_mj.resume` finishes one that is not."""
+        return self._has(paths.SUMMARY_JSON) and self._has(paths.BRAIN_NPZ) and not self._has(paths.CHECKPOINT_NPZ)
+
+    @property
+    def lacks(self) -> tuple[str, ...]:
+        """What cannot be read from this run, each by the name of its attribute."""
+        recorded = bool(self._recordings)
+        there = {
+            "summary": self._has(paths.SUMMARY_JSON),
+            "decisions": self._has(paths.DECISIONS_PARQUET) or self._has(paths.DECISIONS_PARTIAL),
+            "brain": self._has(paths.BRAIN_NPZ) or self._has(paths.CHECKPOINT_NPZ),
+            "weight_history": self._has(paths.BRAIN_NPZ) or self._has(paths.CHECKPOINT_NPZ) or recorded,
+            "spikes": recorded,
+            "trajectory": recorded,
+        }
+        return tuple(name for name, present in there.items() if not present)
+
+    @functools.cached_property
+    def summary(self) -> Summary:
+        """Protocol, ceiling, hits per epoch, transitions.
+
+        Raises:
+            SclaError: the run stopped before it was written, or it is damaged.
+        """
+        self._require(paths.SUMMARY_JSON, "a summary")
+        return read_summary(self.path)
+
+    @functools.cached_property
+    def decisions(self) -> pa.Table:
+        """One row per decision as an Arrow table (README, columns); `.to_pandas()` needs pandas.
+
+        Of a run that was killed: the decisions that had reached the disk.
+
+        Raises:
+            SclaError: the file is missing or damaged.
+        """
+        return read_decisions(self.path)
+
+    @functools.cached_property
+    def brain(self) -> Snapshot:
+        """What the brain had learnt at the end: `weights` (8, 100, 100) and `probabilities` (W, H, 4), or None.
+
+        Raises:
+            SclaError: the run has no `brain.npz`, or it is damaged.
+        """
+        self._require(paths.BRAIN_NPZ, "a final brain")
+        return read_brain(self.path)
+
+    @functools.cached_property
+    def weight_history(self) -> WeightCurve:
+        """The 8 mean weights over the run, the paper's Figure 3: `decision` (n,), `time_s` (n,), `mean_weights` (n, 8).
+
+        At most some 2000 samples, every fourth decision in a run of up to 8192. From `brain.npz`, of an unfinished run
+        from its checkpoint or its recording.
+
+        Raises:
+            SclaError: the brain has no weights, or the run stopped before any were written.
+        """
+        history = read_weight_history(self.path) if self._has(paths.BRAIN_NPZ) else self._unfinished_history()
+        if history is None or not len(history.decision):
+            raise SclaError(f"{self.path} holds no weights: --brain {self.config.brain} has no synapses to average")
+        return history
+
+    def spikes(self, decision: int) -> DecisionSpikes:
+        """Return one decision's spikes from the recording: `time_s` (n,), `neuron` (n,), `population` (n,).
+
+        A light recording holds the thinking window, a full one the whole decision.
+
+        Raises:
+            SclaError: there is no recording or no such decision in it, or the brain has no neurons.
+        """
+        from scla_mj.telemetry.reading.series import decision_spikes
+
+        return decision_spikes(self._recorded(), self._number(decision))
+
+    def trajectory(self, decision: int) -> DecisionTrajectory:
+        """Return one decision's poses from the recording, at 20 Hz: `time_s` (n,), `position_m` (n, 3), `heading_rad`.
+
+        Raises:
+            SclaError: there is no recording, or no such decision in it.
+        """
+        from scla_mj.telemetry.reading.series import decision_trajectory
+
+        return decision_trajectory(self._recorded(), self._number(decision))
+
+    def inspect(self) -> RunInspection:
+        """Check every file against the seal and the recording; `.sentence()` is the verdict (`scla-mj inspect`)."""
+        from scla_mj.engine.inspection import inspect_run
+
+        return inspect_run(self.path)
+
+    @property
+    def _recordings(self) -> list[Path]:
+        return paths.recordings(self.path)
+
+    def _has(self, name: str) -> bool:
+        return (self.path / name).exists()
+
+    def _recorded(self) -> list[Path]:
+        if not self._recordings:
+            raise SclaError(
+                f"{self.path} has no recording (--telemetry {self.config.telemetry}): "
+                "run the same configuration with telemetry light or full"
+            )
+        return self._recordings
+
+    def _number(self, decision: int) -> int:
+        last = self.config.epochs * self.config.decisions
+        if not 1 <= decision <= last:
+            raise SclaError(f"decision {decision} is not in the run: choose 1 to {last}, counted over all epochs")
+        return int(decision)
+
+    def _require(self, name: str, what: str) -> None:
+        if not self._has(name):
+            raise SclaError(
+                f"{self.path} has no {name}, as the run stopped before its end: it lacks {what} until "
+                f"`scla-mj resume {shlex.quote(str(self.path))}` finishes it"
+            )
+
+    def _unfinished_history(self) -> WeightCurve | None:
+        state = read_checkpoint(self.path)
+        if state is not None:
+            history = state["account"]["history"]
+            return WeightCurve(history["decision"], history["time_s"], history["mean_weights"])
+        if not self._recordings:
+            self._require(paths.BRAIN_NPZ, "a history of weights")
+        from scla_mj.telemetry.reading.series import weight_history
+
+        found: WeightCurve | None = weight_history(self._recordings)
+        return found
+
+
+def load_run(path: Path | str) -> StoredRun:
+    """Return the run that a folder holds, whether it is whole, unfinished or resumed, with or without a recording.
+
+    Raises:
+        SclaError: the folder holds no run, or its `config.json` is damaged.
+    """
+    return StoredRun(path)
