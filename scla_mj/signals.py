@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import enum
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
     import numpy as np
@@ -13,10 +15,14 @@ if TYPE_CHECKING:
 
 
 class Percept(NamedTuple):
-    """What the robot senses: the cell it believes to be in, and the direction of the target if it is next door."""
+    """What the robot senses: the cell it believes to be in, and the direction of the target if it is next door.
+
+    `readings` are those of the brain's own sensors, by name (docs/extending.md).
+    """
 
     cell: Cell
     sensed: Action | None
+    readings: Mapping[str, Any] = MappingProxyType({})
 
 
 class Decision(NamedTuple):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
@@ -18,10 +20,12 @@ class Brain(ABC):
             `--brain.NAME VALUE`, in Python `RunConfig(brain_settings={...})`. None for a brain without any.
         reads: the settings of `RunConfig` that it reads, by the beginnings of their options; others of the same
             sections are refused if they are changed, since they would silently do nothing.
+        sensors: its own sensors by name, each a function of the `World`; `percept.readings` has what they return.
     """
 
     Settings: ClassVar[type | None] = None
     reads: ClassVar[tuple[str, ...]] = ("network.", "plasticity.", "automaton.")
+    sensors: Mapping[str, Callable[[Any], Any]] = MappingProxyType({})
 
     @abstractmethod
     def decide(self, percept: Percept) -> Decision:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
 from scla_mj.brain.registry import BRAINS, build_brain
 from scla_mj.checked import CheckedConfig, check
@@ -18,6 +18,7 @@ from scla_mj.loop.simulation import Simulation
 from scla_mj.loop.task import Task
 from scla_mj.randomness import Consumer, generator
 from scla_mj.world.domain_randomisation import DomainRandomisation
+from scla_mj.world.robot import ROBOT, Robot
 from scla_mj.world.world import World
 
 _OF_THE_TASK: Final = (
@@ -29,7 +30,7 @@ _OF_THE_TASK: Final = (
 )
 
 
-def simulate(config: RunConfig | CheckedConfig) -> Simulation:
+def simulate(config: RunConfig | CheckedConfig, *, robot: Robot = ROBOT) -> Simulation:
     """Return a robot with its brain, standing in its first start cell: each `step()` makes one decision.
 
     Raises:
@@ -39,15 +40,24 @@ def simulate(config: RunConfig | CheckedConfig) -> Simulation:
     name = checked.config.brain
     # Of the brains only these have a network to compile in the meantime; the plain drive is what is compiled ahead.
     ahead = CompiledAhead(run_periods) if name in ("scla", "network") else None
-    task = build_task(checked, before_first_drive=None if ahead is None else ahead.join)
     brain = build_brain(checked)
     if name not in BRAINS:
         brain = CheckedBrain(brain, name, cells=checked.config.grid.cells)
+    before_first_drive = None if ahead is None else ahead.join
+    task = build_task(checked, robot=robot, sensors=brain.sensors, before_first_drive=before_first_drive)
     return Simulation(checked, task, brain)
 
 
-def build_task(config: RunConfig | CheckedConfig, *, before_first_drive: Callable[[], None] | None = None) -> Task:
+def build_task(
+    config: RunConfig | CheckedConfig,
+    *,
+    robot: Robot = ROBOT,
+    sensors: Mapping[str, Callable[[World], Any]] | None = None,
+    before_first_drive: Callable[[], None] | None = None,
+) -> Task:
     """Return the robot in its arena, without a brain: `act(action)` drives it.
+
+    `sensors` are functions of the world by name; `percept.readings` has what they return.
 
     Raises:
         SclaError: the configuration cannot be run.
@@ -55,7 +65,7 @@ def build_task(config: RunConfig | CheckedConfig, *, before_first_drive: Callabl
     checked = check(config)
     settings, grid, clock = checked.config, checked.grid(), checked.clock
     streams = {consumer: generator(settings.seed, consumer) for consumer in _OF_THE_TASK}
-    world = World(grid, clock)
+    world = World(grid, clock, robot)
     randomisation = DomainRandomisation(
         world,
         settings.disturbance,
@@ -88,4 +98,5 @@ def build_task(config: RunConfig | CheckedConfig, *, before_first_drive: Callabl
         randomisation=randomisation,
         localiser=localiser,
         streams=streams,
+        sensors=sensors or {},
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Mapping, Sequence
 from numbers import Integral
 from typing import Any, Final, NoReturn
 
@@ -28,6 +29,11 @@ class CheckedBrain(Brain):
         self._brain = brain
         self._name = name
         self._policy_shape = (*cells, len(Action))
+        if not isinstance(brain.sensors, Mapping):
+            raise SclaError(
+                f"--brain {name}: its sensors must be a dict of functions by name, not {_shown(brain.sensors)}"
+            )
+        self.sensors = {sensor: functools.partial(self._read, sensor) for sensor in brain.sensors}
 
     def decide(self, percept: Percept) -> Decision:
         """Return the brain's decision, its spike counts as a tuple of int."""
@@ -105,6 +111,12 @@ class CheckedBrain(Brain):
             raise
         except (Exception, SystemExit) as error:
             raise SclaError(f"--brain {self._name}: its {method}() raised {describe(error)}") from error
+
+    def _read(self, sensor: str, world: Any) -> Any:
+        try:
+            return self._brain.sensors[sensor](world)
+        except (Exception, SystemExit) as error:
+            raise SclaError(f"--brain {self._name}: its sensor {sensor} raised {told(error)}") from error
 
     def _refuse(self, method: str, wanted: str, got: Any) -> NoReturn:
         raise SclaError(f"--brain {self._name}: its {method}() must {wanted}; it gave {_shown(got)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -45,6 +45,7 @@ class Task:
         protocol: where a hit respawns the robot.
         decision_window: control periods for which the robot stands before each move, while a brain thinks.
         streams: the generators of all that is drawn here, by consumer; `reseed` sets them anew.
+        sensors: what else is read from the world for every percept, by name.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class Task:
         randomisation: DomainRandomisation,
         localiser: Localiser,
         streams: Mapping[Consumer, np.random.Generator],
+        sensors: Mapping[str, Callable[[World], Any]],
     ) -> None:
         self.world = world
         self.grid = grid
@@ -71,6 +73,7 @@ class Task:
         self._randomisation = randomisation
         self._localiser = localiser
         self._streams = streams
+        self._sensors = sensors
         self._spawn = streams[Consumer.SPAWN]
         self._failures = 0
         self._percept: Percept | None = None
@@ -173,7 +176,10 @@ class Task:
             cell = self.grid.cell_at(pose.x_m, pose.y_m)
         self._localised = self._localiser.error()
         believed = cell if self._localiser.odometer is None else self.grid.cell_at(*self._localiser.position_m())
-        return self._sensor.sense(cell, believed)
+        percept = self._sensor.sense(cell, believed)
+        if self._sensors:
+            percept = percept._replace(readings={name: read(self.world) for name, read in self._sensors.items()})
+        return percept
 
     def _sense_after(self, move: Move, before: Percept) -> Percept:
         """Return what the robot senses after a move; one that is to be put down elsewhere knows no more than before."""

@@ -46,6 +46,16 @@ def checked(**answers):
     return CheckedBrain(Answering(**answers), "my:Brain", cells=(5, 4))
 
 
+def test_a_sensor_that_raises_is_named():
+    brain = Answering()
+    brain.sensors = {"ranges": lambda world: 1 / 0}
+    with pytest.raises(SclaError, match="--brain my:Brain: its sensor ranges raised ZeroDivisionError"):
+        CheckedBrain(brain, "my:Brain", cells=(5, 4)).sensors["ranges"](None)
+    brain.sensors = ["ranges"]
+    with pytest.raises(SclaError, match="its sensors must be a dict of functions by name"):
+        CheckedBrain(brain, "my:Brain", cells=(5, 4))
+
+
 @pytest.mark.parametrize(
     ("decision", "words"),
     [

@@ -1,8 +1,23 @@
 """One decision after another, as whoever looks at it sees it."""
 
+import math
+
+import numpy as np
+import pytest
+
+from scla_mj.brain.baselines import RandomBrain
 from scla_mj.config import RunConfig
 from scla_mj.engine.build import simulate
 from scla_mj.runs.decisions import row
+from scla_mj.world.rangefinder import ranges_m
+from scla_mj.world.robot import BURGER
+
+
+class FeelingItsWay(RandomBrain):
+    """Decides as a random walk, and senses besides how far it is to the wall ahead."""
+
+    reads = ()
+    sensors = {"ahead_m": lambda world: float(ranges_m(world, np.zeros(1), reach_m=4.0)[0])}  # noqa: RUF012
 
 
 def test_a_robot_does_the_same_whether_it_is_observed_or_not():
@@ -24,3 +39,32 @@ def test_an_observed_move_begins_where_the_one_before_ended_though_that_was_not_
         first_s, last_s = record.move.trajectory[[0, -1], 0]
         assert abs(first_s - (record.time_s + 0.01)) < 1e-9
         assert abs(last_s - (record.time_s + 0.05 + record.move.duration_s)) < 1e-9
+
+
+def test_a_brains_own_sensors_are_read_for_every_percept_and_change_nothing():
+    plain, sensing = simulate(RunConfig(brain="random")), simulate(RunConfig(brain=FeelingItsWay))
+    for _ in range(30):
+        pose = sensing.world.pose()
+        expected, record = plain.step(), sensing.step()
+        assert row(record) == row(expected)
+        assert not expected.percept.readings
+        towards = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
+        ahead = [(math.copysign(0.75, d) - at) / d for at, d in zip(pose[:2], towards, strict=True) if abs(d) > 1e-6]
+        assert record.percept.readings["ahead_m"] == pytest.approx(min(ahead), abs=0.01)
+
+
+def test_a_resumed_simulation_senses_the_same():
+    whole, first, resumed = (simulate(RunConfig(brain=FeelingItsWay)) for _ in range(3))
+    expected = [whole.step().percept for _ in range(12)]
+    assert [first.step().percept for _ in range(6)] == expected[:6]
+    resumed.restore(first.state())
+    assert [resumed.step().percept for _ in range(6)] == expected[6:]
+
+
+def test_a_simulation_takes_another_robot():
+    slow = BURGER._replace(tyre_acceleration_m_s2=1.0)
+    durations = [
+        sum(simulation.step().move.duration_s for _ in range(10))
+        for simulation in (simulate(RunConfig(brain="random")), simulate(RunConfig(brain="random"), robot=slow))
+    ]
+    assert durations[1] > 1.1 * durations[0]
