@@ -16,8 +16,8 @@ class Consumer(enum.IntEnum):
     TIES = 3
     BRAIN = 4
     ACTION_NOISE = 5
-    MODEL_DISTURBANCE = 6
-    DRIVE_DISTURBANCE = 7
+    DOMAIN_RANDOMISATION = 6
+    PERTURBATION = 7
     SENSOR_NOISE = 8
 
 

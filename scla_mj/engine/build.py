@@ -24,8 +24,8 @@ from scla_mj.world.world import World
 _OF_THE_TASK: Final = (
     Consumer.SPAWN,
     Consumer.ACTION_NOISE,
-    Consumer.MODEL_DISTURBANCE,
-    Consumer.DRIVE_DISTURBANCE,
+    Consumer.DOMAIN_RANDOMISATION,
+    Consumer.PERTURBATION,
     Consumer.SENSOR_NOISE,
 )
 
@@ -65,20 +65,15 @@ def build_task(
     checked = check(config)
     settings, grid, clock = checked.config, checked.grid(), checked.clock
     streams = {consumer: generator(settings.seed, consumer) for consumer in _OF_THE_TASK}
-    world = World(grid, clock, robot)
+    world, period_s = World(grid, clock, robot), clock.control_period_s
     randomisation = DomainRandomisation(
         world,
         settings.disturbance,
-        control_period_s=clock.control_period_s,
-        model_rng=streams[Consumer.MODEL_DISTURBANCE],
-        drive_rng=streams[Consumer.DRIVE_DISTURBANCE],
+        control_period_s=period_s,
+        model_rng=streams[Consumer.DOMAIN_RANDOMISATION],
+        drive_rng=streams[Consumer.PERTURBATION],
     )
-    localiser = Localiser(
-        settings.localisation,
-        world,
-        control_period_s=clock.control_period_s,
-        rng=streams[Consumer.SENSOR_NOISE],
-    )
+    localiser = Localiser(settings.localisation, world, control_period_s=period_s, rng=streams[Consumer.SENSOR_NOISE])
     driver = Driver(
         world,
         clock,

@@ -116,7 +116,7 @@ class CheckedBrain(Brain):
         try:
             return self._brain.sensors[sensor](world)
         except (Exception, SystemExit) as error:
-            raise SclaError(f"--brain {self._name}: its sensor {sensor} raised {told(error)}") from error
+            raise SclaError(f"--brain {self._name}: its sensor {sensor} raised {describe(error)}") from error
 
     def _refuse(self, method: str, wanted: str, got: Any) -> NoReturn:
         raise SclaError(f"--brain {self._name}: its {method}() must {wanted}; it gave {_shown(got)}")
