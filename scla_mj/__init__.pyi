@@ -1,3 +1,5 @@
+from .anatomy import POPULATION_NAMES as POPULATION_NAMES
+from .anatomy import PROJECTION_NAMES as PROJECTION_NAMES
 from .brain.base import Brain as Brain
 from .brain.network.network import Network as Network
 from .brain.scla import SclaBrain as SclaBrain
