@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from typing import Final
@@ -29,6 +30,8 @@ def main(arguments: list[str] | None = None) -> int:
     0 done, 2 bad input, 130 interrupted, 141 nobody reads the output any more, 143 terminated.
     """
     collect_rarely()
+    if arguments is None:  # this process is the command's own
+        _escape_what_cannot_be_printed()
     try:
         try:
             return _run(arguments)
@@ -63,6 +66,12 @@ def _run(arguments: list[str] | None) -> int:
 def _one_line(sentence: str) -> str:
     """Escape what a user's words may hold: a sentence is one line, and no terminal obeys it."""
     return "".join(mark if mark.isprintable() else mark.encode("unicode_escape").decode() for mark in sentence)
+
+
+def _escape_what_cannot_be_printed() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _silence() -> None:

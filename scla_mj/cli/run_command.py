@@ -33,17 +33,17 @@ def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Ca
             summary = run(watch=progress.update, checkpoint_period_s=checkpoint_period_s)
     except KeyboardInterrupt:
         if (path / CHECKPOINT_NPZ).exists():
-            print(f"scla-mj resume {_arguments(path, config)} goes on from here", file=sys.stderr)
+            print(f"{resume_command(path, config)} continues from here", file=sys.stderr)
         raise
     _report(path, config, summary)
 
 
-def _arguments(path: Path, config: RunConfig) -> str:
-    """Return what resumes the run: a brain that is none of the library's is to be named again."""
+def resume_command(path: Path, config: RunConfig) -> str:
+    """Return the command that resumes the run: a brain that is none of the library's is to be named again."""
     from scla_mj.brain.registry import BRAINS
 
     named = [] if config.brain in BRAINS else ["--brain", config.brain]
-    return shlex.join([str(path), *named])
+    return shlex.join(["scla-mj", "resume", str(path), *named])
 
 
 def _report(path: Path, config: RunConfig, summary: Summary) -> None:

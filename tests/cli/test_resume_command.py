@@ -30,13 +30,13 @@ def test_a_run_killed_outright_goes_on_to_the_bits_of_one_that_was_not(tmp_path,
     decisions = read_checkpoint(killed)["decisions"]
     assert 0 < decisions < 800
     assert read_decisions(killed).num_rows >= decisions
-    assert main(["inspect", str(killed)]) == 2
-    assert "scla-mj resume" in capsys.readouterr().err
+    assert main(["inspect", str(killed)]) == 0
+    assert f"scla-mj resume {killed} continues it" in capsys.readouterr().out
     assert main(["resume", str(killed)]) == 0
     printed = capsys.readouterr().out
     assert re.search(r"rerun \S*recording\.rrd \S*recording-2\.rrd", printed)
     assert main(["inspect", str(killed)]) == 0
-    assert "agrees with the run's files" in capsys.readouterr().out
+    assert "sound, complete: 2 epochs" in capsys.readouterr().out
     assert main(["rollout", str(whole), *OPTIONS]) == 0
     for name in ("decisions.parquet", "brain.npz"):
         assert (killed / name).read_bytes() == (whole / name).read_bytes()
@@ -92,9 +92,11 @@ def test_ctrl_c_says_how_to_go_on(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     options = ["--brain", "interrupting_brain:Interrupting", "--epochs", "1", "--decisions", "20"]
     assert main(["rollout", "my run", *options]) == 130
-    assert f"scla-mj resume 'my run' --brain {options[1]} goes on from here" in capsys.readouterr().err
+    assert f"scla-mj resume 'my run' --brain {options[1]} continues from here" in capsys.readouterr().err
     assert main(["inspect", "my run"]) == 0
-    assert "not complete: scla-mj resume goes on from the checkpoint" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert printed.startswith("my run: sound, unfinished: 12 of 20 decisions")
+    assert f"scla-mj resume 'my run' --brain {options[1]} continues it" in printed
     assert main(["resume", "my run", *options[:2]]) == 0  # the signal's twelfth decision is past
     assert read_decisions(tmp_path / "my run").num_rows == 20
 

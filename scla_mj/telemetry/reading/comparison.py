@@ -38,12 +38,15 @@ class RunFiles(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """One figure from the recording and from another of the run's files, as text, and whether they agree."""
+    """One figure of one of the run's files beside what the recording says, or where there is none summary.json.
+
+    Both are texts to be printed; `agrees` compares the figures themselves.
+    """
 
     file: str
     what: str
-    recording: str
-    run: str
+    reference: str
+    found: str
     agrees: bool
 
 
@@ -53,13 +56,41 @@ def compare(inspection: Inspection, files: RunFiles) -> list[Comparison]:
     if files.config is not None:
         rows += _compare_config(inspection, files.config)
     if files.decisions is not None:
-        rows += _compare_counts(DECISIONS_PARQUET, inspection, files.decisions)
+        rows += _compare_counts(DECISIONS_PARQUET, _counts(inspection), files.decisions)
     if files.summary is not None:
         rows += _compare_setting(inspection, files.summary)
-        rows += _compare_counts(SUMMARY_JSON, inspection, files.summary)
+        rows += _compare_counts(SUMMARY_JSON, _counts(inspection), files.summary)
     if files.brain is not None:
         rows += _compare_brain(inspection, files.brain)
     return rows
+
+
+def compare_with_summary(files: RunFiles) -> list[Comparison]:
+    """Compare every figure that summary.json and another file both have, of a run that was not recorded."""
+    rows: list[Comparison] = []
+    summary = files.summary
+    if summary is not None and files.config is not None:
+        settings = ("protocol", "seed", "cells", "target")
+        rows += [_equal(CONFIG_JSON, what, summary[what], files.config[what]) for what in settings]
+    if summary is not None and files.decisions is not None:
+        rows += _compare_counts(DECISIONS_PARQUET, summary, files.decisions)
+    return rows
+
+
+def _counts(inspection: Inspection) -> dict[str, Any]:
+    """Return a recording's counts as summary.json names them."""
+    outcomes = inspection.outcomes
+    return {
+        "epochs": [epoch._asdict() for epoch in inspection.epochs],
+        "transitions": {
+            "commanded": inspection.decisions,
+            "completed": outcomes[Outcome.MOVED],
+            "blocked": outcomes[Outcome.BLOCKED],
+            "failed": outcomes[Outcome.FAILED],
+        },
+        "max_position_error_m": inspection.max_position_error_m,
+        "simulated_s": inspection.simulated_s,
+    }
 
 
 def _equal(file: str, what: str, recording: Any, run: Any) -> Comparison:
@@ -102,34 +133,24 @@ def _compare_setting(inspection: Inspection, summary: Mapping[str, Any]) -> list
     return rows
 
 
-def _compare_counts(file: str, inspection: Inspection, run: Mapping[str, Any]) -> list[Comparison]:
-    moves, error_m = run["transitions"], run["max_position_error_m"]
-    rows = _compare_epochs(file, inspection, run["epochs"])
-    rows.append(_equal(file, "moves commanded", inspection.decisions, moves["commanded"]))
-    for what, outcome in (("completed", Outcome.MOVED), ("blocked", Outcome.BLOCKED), ("failed", Outcome.FAILED)):
-        rows.append(_equal(file, f"moves {what}", inspection.outcomes[outcome], moves[what]))
-    rows.append(_equal(file, "largest position error, m", inspection.max_position_error_m, error_m))
-    rows.append(_close(file, "simulated time, s", inspection.simulated_s, run["simulated_s"], _TIME_TOLERANCE_S))
+def _compare_counts(file: str, reference: Mapping[str, Any], run: Mapping[str, Any]) -> list[Comparison]:
+    expected, moves = reference["transitions"], run["transitions"]
+    rows = _compare_epochs(file, reference["epochs"], run["epochs"])
+    rows += [_equal(file, f"moves {what}", expected[what], moves[what]) for what in expected]
+    error = "max_position_error_m"
+    rows.append(_equal(file, "largest position error, m", reference[error], run[error]))
+    rows.append(_close(file, "simulated time, s", reference["simulated_s"], run["simulated_s"], _TIME_TOLERANCE_S))
     return rows
 
 
-def _compare_epochs(file: str, inspection: Inspection, epochs: list[Mapping[str, Any]]) -> list[Comparison]:
-    recorded = {epoch.epoch: (epoch.hits, epoch.decisions) for epoch in inspection.epochs}
-    run = {int(epoch["epoch"]): (int(epoch["hits"]), int(epoch["decisions"])) for epoch in epochs}
+def _compare_epochs(file: str, reference: list[Mapping[str, Any]], run: list[Mapping[str, Any]]) -> list[Comparison]:
+    expected, found = ({int(own["epoch"]): own for own in epochs} for epochs in (reference, run))
 
-    def of(counts: dict[int, tuple[int, int]], epoch: int) -> str:
-        return "{} of {}".format(*counts[epoch]) if epoch in counts else "none"
+    def of(epoch: Mapping[str, Any] | None) -> str:
+        return "none" if epoch is None else f"{epoch['hits']} of {epoch['decisions']}"
 
-    return [
-        Comparison(
-            file,
-            f"epoch {epoch}, hits of decisions",
-            of(recorded, epoch),
-            of(run, epoch),
-            recorded.get(epoch) == run.get(epoch),
-        )
-        for epoch in sorted(recorded | run)
-    ]
+    pairs = [(number, of(expected.get(number)), of(found.get(number))) for number in sorted(expected | found)]
+    return [Comparison(file, f"epoch {number}, hits of decisions", one, two, one == two) for number, one, two in pairs]
 
 
 def _compare_brain(inspection: Inspection, brain: Snapshot) -> list[Comparison]:

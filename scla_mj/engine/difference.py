@@ -1,0 +1,136 @@
+"""In what two runs differ: their settings, their decisions to the bit, their summaries and their final brains."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from scla_mj.config import flatten
+
+if TYPE_CHECKING:
+    from scla_mj.engine.inspection import RunInspection
+
+_EARNED: Final = ("epochs", "transitions", "max_position_error_m", "simulated_s", "localisation")
+"""What a summary says beside the settings and the machine's own time, which no two runs share."""
+
+
+class DecisionDifference(NamedTuple):
+    """The first decision that two runs do not share; `columns` has both values of each column that differs.
+
+    Where one run ends earlier, and all of it is the same, `columns` is empty.
+    """
+
+    epoch: int
+    decision: int
+    columns: dict[str, tuple[Any, Any]]
+
+
+class RunDifference(NamedTuple):
+    """In what two runs differ: both values by name. Other versions of the packages do not count as a difference.
+
+    `rows` are the numbers of decisions. `brains` names the arrays that differ, or that one of the two lacks.
+    """
+
+    settings: dict[str, tuple[Any, Any]]
+    versions: dict[str, tuple[Any, Any]]
+    rows: tuple[int, int]
+    decisions: DecisionDifference | None
+    summary: dict[str, tuple[Any, Any]]
+    brains: tuple[str, ...]
+
+    @property
+    def same(self) -> bool:
+        """Tell whether nothing differs."""
+        return not (self.settings or self.decisions or self.summary or self.brains)
+
+    def sentence(self) -> str:
+        """Return in one line what is the same and what differs."""
+        if self.same:
+            return f"are the same to the bit: settings, {self.rows[0]} decisions, summary, brain"
+        differing = {
+            f"settings ({', '.join(self.settings)})": self.settings,
+            self._where(): self.decisions,
+            f"summary ({', '.join(self.summary)})": self.summary,
+            f"brain ({', '.join(self.brains)})": self.brains,
+        }
+        parts = ("settings", "decisions", "summary", "brain")
+        same = [part for part, found in zip(parts, differing.values(), strict=True) if not found]
+        return f"differ: {', '.join(text for text, found in differing.items() if found)}" + (
+            f"; the same: {', '.join(same)}" if same else ""
+        )
+
+    def as_plain(self) -> dict[str, Any]:
+        """Return the differences as plain values, which JSON can hold."""
+        first, summary = self.decisions, list(self.summary)
+        plain = {"same": self.same, **self._asdict(), "summary": summary}
+        return plain | {"decisions": None if first is None else first._asdict()}
+
+    def _where(self) -> str:
+        if self.decisions is None:
+            return "decisions"
+        first, (one, other) = self.decisions, self.rows
+        ends = "" if one == other else f" ({one} and {other} of them)"
+        return f"decisions from epoch {first.epoch}, decision {first.decision} on{ends}"
+
+
+def compare_runs(one: RunInspection, other: RunInspection) -> RunDifference:
+    """Compare two runs that are not damaged, as `inspect_run` returned them."""
+    assert one.run is not None and other.run is not None
+    return RunDifference(
+        settings=_differing(flatten(one.run.config), flatten(other.run.config)),
+        versions=_differing(one.run.versions, other.run.versions),
+        rows=(one.made, other.made),
+        decisions=_first_difference(one.decisions, other.decisions),
+        summary=_differing(_figures(one), _figures(other)),
+        brains=tuple(name for name in ("weights", "probabilities") if _array(one, name) != _array(other, name)),
+    )
+
+
+def _differing(one: dict[str, Any], other: dict[str, Any]) -> dict[str, tuple[Any, Any]]:
+    names = dict.fromkeys([*one, *other])
+    return {name: (one.get(name), other.get(name)) for name in names if one.get(name) != other.get(name)}
+
+
+def _figures(found: RunInspection) -> dict[str, Any]:
+    return {} if found.summary is None else {name: getattr(found.summary, name) for name in _EARNED}
+
+
+def _array(found: RunInspection, name: str) -> tuple[Any, ...] | None:
+    """Return all that tells one array from another: its type, its shape and its bits."""
+    array = None if found.brain is None else getattr(found.brain, name)
+    return None if array is None else (array.dtype, array.shape, array.tobytes())
+
+
+def _first_difference(one: pa.Table | None, other: pa.Table | None) -> DecisionDifference | None:
+    rows = [0 if table is None else table.num_rows for table in (one, other)]
+    if one is None or other is None:
+        longer = one if other is None else other
+        return None if longer is None or not longer.num_rows else _difference_at(longer, None, 0)
+    shared = min(rows)
+    first = min((_first_in(one[name][:shared], other[name][:shared]) for name in one.column_names), default=shared)
+    if first < shared:
+        return _difference_at(one, other, first)
+    return None if rows[0] == rows[1] else _difference_at(one if rows[0] > rows[1] else other, None, shared)
+
+
+def _first_in(one: pa.ChunkedArray, other: pa.ChunkedArray) -> int:
+    """Return the first row in which two columns of one length differ to the bit, or their length."""
+    one, other = _bits(one), _bits(other)
+    differs = pc.or_(pc.xor(pc.is_null(one), pc.is_null(other)), pc.fill_null(pc.not_equal(one, other), False))
+    first = pc.index(differs, True).as_py()
+    return len(one) if first < 0 else int(first)
+
+
+def _bits(column: pa.ChunkedArray) -> Any:
+    """Return a column that compares to the bit: a NaN equals itself, and 0.0 is not -0.0."""
+    return pa.array(column.to_numpy().view(np.int64)) if pa.types.is_float64(column.type) else column.combine_chunks()
+
+
+def _difference_at(one: pa.Table, other: pa.Table | None, row: int) -> DecisionDifference:
+    here = one.slice(row, 1).to_pylist()[0]
+    there = here if other is None else other.slice(row, 1).to_pylist()[0]
+    columns = {name: (here[name], there[name]) for name in here if repr(here[name]) != repr(there[name])}
+    return DecisionDifference(here["epoch"], here["decision"], columns)
