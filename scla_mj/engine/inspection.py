@@ -23,7 +23,8 @@ from scla_mj.runs.summary import Summary, read_summary
 from scla_mj.signals import Outcome, Snapshot
 from scla_mj.telemetry.reading.chunks import EmptyRecordingError
 from scla_mj.telemetry.reading.comparison import Comparison, RunFiles, compare, compare_with_summary
-from scla_mj.telemetry.reading.reader import EpochCount, Inspection, inspect_recording
+from scla_mj.telemetry.reading.reader import Inspection, inspect_recording
+from scla_mj.telemetry.views.base import EpochCount
 
 if TYPE_CHECKING:
     import pyarrow as pa
