@@ -49,8 +49,8 @@ def own_spikes(network: Network, work: Workload) -> tuple[NDArray[Any], NDArray[
     steps, neurons = [], []
     for chunk, (drive, release) in enumerate(zip(work.drives, work.releases, strict=True)):
         network.release_dopamine(release)
-        spikes = network.run(CHUNK_MS, drive, first_step=chunk * CHUNK_MS)
-        steps.append(spikes.step)
+        spikes = network.run(CHUNK_MS, drive)
+        steps.append(spikes.step + chunk * CHUNK_MS)
         neurons.append(spikes.neuron)
     return np.concatenate(steps), np.concatenate(neurons), network.weights
 

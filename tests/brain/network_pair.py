@@ -39,8 +39,8 @@ def run_both(oracle, network, rng, chunks, reward=None):
             release = reward(rng)
             oracle.d = oracle.d + release
             network.release_dopamine(release)
-        spikes = network.run(CHUNK_MS, drive, first_step=chunk * CHUNK_MS)
-        found.append(np.column_stack((spikes.step, spikes.neuron)))
+        spikes = network.run(CHUNK_MS, drive)
+        found.append(np.column_stack((spikes.step + chunk * CHUNK_MS, spikes.neuron)))
         for step in range(chunk * CHUNK_MS, (chunk + 1) * CHUNK_MS):
             expected += [(step, neuron) for neuron in oracle.step(drive)]
     return np.array(expected), np.concatenate(found)

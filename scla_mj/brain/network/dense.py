@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scla_mj.anatomy import INHIBITORY, MOTOR, PROJECTIONS, SENSORY
 from scla_mj.brain.network.kernel import NOT_FINITE
 from scla_mj.brain.network.network import Network
-from scla_mj.brain.network.parameters import FAST_SPIKING, LOWER_BOUND, REGULAR_SPIKING
+from scla_mj.brain.network.parameters import FAST_SPIKING, REGULAR_SPIKING
 from scla_mj.config import NetworkConfig, PlasticityConfig
 
 _SHAPE = (len(PROJECTIONS), SENSORY[0].size, MOTOR[0].size)
@@ -61,25 +61,13 @@ class PairSTDP:
         self.eligibility[k][:, j] += self.potentiation * self.pre[k][:, np.newaxis]
         self.post[k, j] += 1.0
 
-    def state(self) -> dict[str, Any]:
-        """Return copies of the rule's arrays."""
-        return {name: value.copy() for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Restore a `state`."""
-        for name, value in state.items():
-            getattr(self, name)[:] = value
-
 
 class DenseNetwork(Network):
-    """`Network` of 1000 neurons with a learning rule that can be exchanged; everything else is used alike.
+    """A `Network` of 1000 neurons whose learning rule can be exchanged; everything else is as there.
 
     Args:
-        network, plasticity, neural_step_ms, seed: as of `Network`.
-        rule: makes the learning rule from `plasticity` and `neural_step_ms`: a class such as `PairSTDP`.
-
-    Attributes:
-        rule: the learning rule.
+        rule: a class such as `PairSTDP`, which is called with `plasticity` and `neural_step_ms`; the attribute `rule`
+            is what it returned.
     """
 
     def __init__(
@@ -103,33 +91,39 @@ class DenseNetwork(Network):
         """The rule's `eligibility`, (8, 100, 100); a copy."""
         return self.rule.eligibility.copy()
 
-    def mean_weights(self) -> NDArray[np.float64]:
-        """Return each projection's mean weight, mV, (8,)."""
-        means: NDArray[np.float64] = self.weights.mean(axis=(1, 2), dtype=np.float64)
-        return means
-
     def state(self) -> dict[str, Any]:
         """Return copies of all that changes, the rule's arrays too."""
-        return super().state() | {"rule": self.rule.state()}
+        rule = {name: value.copy() for name, value in vars(self.rule).items() if isinstance(value, np.ndarray)}
+        return super().state() | {"rule": rule}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Restore a `state`, bit-identically, and begin a new window."""
         super().restore(state)
-        self.rule.restore(state["rule"])
+        for name, value in state["rule"].items():
+            getattr(self.rule, name)[:] = value
 
     def _run(self, steps: int, drive: NDArray[Any], released: NDArray[np.float64]) -> int:
         self.arrays.dopamine[:] += released
+        self.arrays.dosed[:] += steps  # its mean weights are no longer those of the last look
         filled = self.spike_count
         for step in range(self._window_steps, self._window_steps + steps):
-            with np.errstate(over="ignore", invalid="ignore"):  # reported below
-                fired = self._integrate(drive)
-            self._learn()
-            self._deliver(fired)
-            neurons = np.flatnonzero(fired)
-            self._spike_step[filled : filled + len(neurons)] = step
-            self._spike_neuron[filled : filled + len(neurons)] = neurons
-            filled += len(neurons)
-        return filled if np.isfinite(self.arrays.v).all() and np.isfinite(self.arrays.u).all() else NOT_FINITE
+            fired = self._step(drive)
+            self._spike_step[filled : filled + len(fired)] = step
+            self._spike_neuron[filled : filled + len(fired)] = fired
+            filled += len(fired)
+        return filled if np.isfinite((self.arrays.v, self.arrays.u)).all() else NOT_FINITE
+
+    def _step(self, drive: NDArray[Any]) -> NDArray[np.intp]:
+        """The order of the work in one step (docs/model.md): return the neurons that fired."""
+        dopamine, weights = self.arrays.dopamine, self.arrays.weight
+        with np.errstate(over="ignore", invalid="ignore"):  # `_run` reports it
+            fired = self._integrate(drive)
+        dopamine *= self._dopamine_decay
+        dopamine[np.abs(dopamine) < self.parameters.plasticity.lower_bound] = 0.0
+        self.rule.update(weights, dopamine)
+        np.clip(weights, 0.0, self._config.weight_max, out=weights)
+        self._deliver(fired)
+        return np.flatnonzero(fired)
 
     def _integrate(self, drive: NDArray[Any]) -> NDArray[np.bool_]:
         """Equations 1 and 2: v in two half steps with the old u, then u from the new v; return who fired, (1000,)."""
@@ -151,13 +145,6 @@ class DenseNetwork(Network):
         self.arrays.noise_low[:] = (s0 << 26 | s0 >> 6) ^ s1 ^ (s1 << 9)
         self.arrays.noise_high[:] = s1 << 13 | s1 >> 19
         return 2.0**-31 * (s0 * np.uint32(0x9E3779BB)).view(np.int32).astype(self._real)
-
-    def _learn(self) -> None:
-        dopamine, weights = self.arrays.dopamine, self.arrays.weight
-        dopamine *= self._dopamine_decay
-        dopamine[np.abs(dopamine) < LOWER_BOUND[self._config.precision]] = 0.0
-        self.rule.update(weights, dopamine)
-        np.clip(weights, 0.0, self._config.weight_max, out=weights)
 
     def _deliver(self, fired: NDArray[np.bool_]) -> None:
         """Pass the spikes on: their currents arrive in the next step."""

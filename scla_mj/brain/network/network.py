@@ -139,17 +139,14 @@ class Network:
         readers.mean_weights(self.memory, self._mean_at, self._means)
         return self._means.copy()
 
-    def run(self, steps: int, drive: ArrayLike | None = None, *, first_step: int = 0) -> Spikes:
+    def run(self, steps: int, drive: ArrayLike | None = None) -> Spikes:
         """Run `steps` steps under a constant current into each neuron, (N,), and return their spikes.
-
-        `first_step` is the number of the first step in `Spikes.step`.
 
         Raises:
             SclaError: `steps` or `drive` is not valid, or a membrane potential is no longer finite (it stays so).
         """
         self.advance(steps, drive)
-        spikes = self.spikes()
-        return spikes._replace(step=spikes.step + np.int32(first_step))
+        return self.spikes()
 
     def advance(self, steps: int, drive: ArrayLike | None = None, *, extend: bool = False) -> NDArray[np.int64]:
         """Run like `run`, but return only how often each population has fired in the window, (12,).
@@ -215,17 +212,8 @@ class Network:
 
     def _run(self, steps: int, drive: NDArray[Any], released: NDArray[np.float64]) -> int:
         """Release dopamine and run; add to the window's spikes and counts. Return the number of spikes in it."""
-        filled: int = kernel.run(
-            self.memory,
-            drive,
-            released,
-            steps,
-            self._window_steps,
-            self._spike_step,
-            self._spike_neuron,
-            self.spike_count,
-            self._counts,
-        )
+        room = self._spike_step, self._spike_neuron, self.spike_count
+        filled: int = kernel.run(self.memory, drive, released, steps, self._window_steps, *room, self._counts)
         return filled
 
     def _begin_window(self) -> None:
