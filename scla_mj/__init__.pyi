@@ -1,6 +1,8 @@
 from .anatomy import POPULATION_NAMES as POPULATION_NAMES
 from .anatomy import PROJECTION_NAMES as PROJECTION_NAMES
 from .brain.base import Brain as Brain
+from .brain.network.dense import DenseNetwork as DenseNetwork
+from .brain.network.dense import PairSTDP as PairSTDP
 from .brain.network.network import Network as Network
 from .brain.scla import SclaBrain as SclaBrain
 from .checked import CheckedConfig as CheckedConfig

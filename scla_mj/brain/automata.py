@@ -1,4 +1,4 @@
-"""Cellular learning automata: an action-probability vector in every cell, and the schemes that change it.
+"""Cellular learning automata: one action-probability vector per cell, and the schemes that change it.
 
 Narendra and Thathachar 1989. With reward rate a, penalty rate b, r actions and action i taken:
 reward  p_i += a (1 - p_i),  p_j *= 1 - a;  penalty  p_i *= 1 - b,  p_j = b / (r - 1) + (1 - b) p_j.
@@ -20,7 +20,7 @@ _ACTIONS: Final = len(ACTIONS)
 
 
 class LearningAutomata:
-    """One learning automaton a cell. Every vector starts alike.
+    """One learning automaton per cell; all start with equal probabilities.
 
     Vectors are plain lists: for four numbers they take a fifth of numpy's time.
     """
@@ -35,7 +35,7 @@ class LearningAutomata:
 
     @property
     def probabilities(self) -> NDArray[np.float64]:
-        """The action probabilities, (W, H, 4), of up, down, left, right; a copy."""
+        """The action probabilities of up, down, left, right in every cell, (W, H, 4); a copy. Can be assigned."""
         return np.array(self._vectors)
 
     @probabilities.setter
@@ -57,7 +57,7 @@ class LearningAutomata:
         return ACTIONS[vector.index(max(vector))]
 
     def reward(self, cell: Cell, action: Action, *, weight: float = 1.0) -> None:
-        """The network signals that the action was good; `weight`, 0 to 1, scales the reward rate."""
+        """Reward the action; `weight`, 0 to 1, scales the reward rate."""
         vector, rate = self._vectors[cell.x - 1][cell.y - 1], self._reward_rate * weight
         if self._scheme == "opposite-pair":
             _shift(vector, source=action.opposite, sink=action, fraction=rate)
@@ -66,7 +66,7 @@ class LearningAutomata:
         vector[action] += rate
 
     def penalise(self, cell: Cell, action: Action) -> None:
-        """The network signals that the action was bad."""
+        """Penalise the action."""
         vector, rate = self._vectors[cell.x - 1][cell.y - 1], self._penalty_rate
         if self._scheme == "opposite-pair":
             _shift(vector, source=action, sink=action.opposite, fraction=rate)
@@ -76,11 +76,11 @@ class LearningAutomata:
         vector[action] = kept
 
     def state(self) -> dict[str, Any]:
-        """Return the probabilities and the generator."""
+        """Return the probabilities and the generator's state."""
         return {"probabilities": self.probabilities, "rng": self._rng.bit_generator.state}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Restore a `state`."""
         self.probabilities = state["probabilities"]
         self._rng.bit_generator.state = state["rng"]
 
@@ -94,7 +94,7 @@ def _penalty_rate(config: AutomatonConfig) -> float:
 
 
 def _shift(vector: list[float], *, source: Action, sink: Action, fraction: float) -> None:
-    """Move a fraction of one action's probability to another; the two on either side keep theirs (the paper's text)."""
+    """Move a fraction of one action's probability to another; the other two keep theirs (the paper's text)."""
     moved = fraction * vector[source]
     vector[source] -= moved
     vector[sink] += moved

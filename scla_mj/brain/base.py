@@ -1,4 +1,4 @@
-"""What a brain is to the loop: percept in, decision out, reward in."""
+"""The interface between a brain and the loop: percept in, decision out, outcome in."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ class Brain(ABC):
 
     @abstractmethod
     def decide(self, percept: Percept) -> Decision:
-        """Choose an action; for a spiking brain this is one thinking window of network time."""
+        """Choose an action; one thinking window of time passes."""
 
     @abstractmethod
     def learn(self, feedback: Feedback) -> None:
-        """Take what came of the last decision; called once after every move."""
+        """Learn from the outcome of the last decision; called once after every move."""
 
     def elapse(self, duration_s: float) -> None:  # noqa: B027 (most brains have nothing to do then)
-        """Let time pass while the robot drives; `duration_s` is a whole number of control periods."""
+        """Let the time of the drive pass; `duration_s` is a whole number of control periods."""
 
     def activity(self) -> Activity | None:
         """Return what the neurons did since the last `decide` began, or None for a brain without neurons.
 
-        It is asked for after `learn`, where somebody wants to see it, and must change nothing.
+        Called after `learn`, and only when it is recorded: it must change nothing.
         """
         return None
 
@@ -57,5 +57,5 @@ class Brain(ABC):
         return None
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`, to the bit; called on a brain that is fresh from the same configuration."""
+        """Restore a `state`, bit-identically; called on a brain newly built from the same configuration."""
         raise NotImplementedError("a brain that is resumed needs restore()")

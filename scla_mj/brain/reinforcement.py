@@ -1,4 +1,4 @@
-"""Where the network's signal to the automata comes from: a local rule over cell states, and dopamine on arrival."""
+"""The sources of the automata's reinforcement signal: a local rule over cell states, and dopamine on arrival."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ class CellStates:
         return (after > before) - (after < before)
 
     def state(self) -> dict[str, Any]:
-        """Return the cells' states, as rows x, y, state, and the cells that are believed to be targets."""
+        """Return the cells' states, as rows x, y, state, and the cells believed to be targets."""
         rows = [[cell.x, cell.y, value] for cell, value in self._states.items()]
         return {"states": rows, "targets": [list(cell) for cell in sorted(self._targets)]}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Restore a `state`."""
         self._states = {Cell(x, y): value for x, y, value in state["states"]}
         self._targets = {Cell(*cell) for cell in state["targets"]}
         self._observed = None
 
     def _observe(self, percept: Percept) -> None:
-        """Set the state of the robot's own cell from its four neighbours; correct what is seen to be out of date."""
+        """Set the state of the robot's own cell from its four neighbours; correct a target that has left."""
         if percept is self._observed:  # nothing has changed since
             return
         cell, states, neighbours = percept.cell, self._states, around(percept.cell)
@@ -74,7 +74,7 @@ class CellStates:
 
 
 class Eligible(NamedTuple):
-    """A cell left on the way, the action taken there, and what its trace has decayed to, 0 to 1."""
+    """A cell on the path, the action taken there, and its trace, decayed from 1."""
 
     cell: Cell
     action: Action
@@ -82,7 +82,7 @@ class Eligible(NamedTuple):
 
 
 class PathTrace:
-    """Which automata are still eligible for a distal reward: the last moves, each with a decaying trace."""
+    """The automata that are eligible for a distal reward: the last moves, each with a decaying trace."""
 
     def __init__(self, *, tau_moves: float) -> None:
         self._decay = math.exp(-1.0 / tau_moves)
@@ -90,14 +90,14 @@ class PathTrace:
         self._moves: deque[tuple[Cell, Action]] = deque(maxlen=length)
 
     def add(self, feedback: Feedback) -> None:
-        """Remember a completed move; a blocked one led nowhere, and a failed one breaks the path."""
+        """Add a completed move; a blocked one is ignored, and a failed one clears the path."""
         if feedback.outcome is Outcome.MOVED:
             self._moves.append((feedback.before.cell, feedback.action))
         elif feedback.outcome is Outcome.FAILED:
             self._moves.clear()
 
     def collect(self) -> list[Eligible]:
-        """Return the eligible automata, the latest first, and forget them: the path has ended."""
+        """Return the eligible automata, the latest first, and clear the path, which has ended."""
         moves = [Eligible(cell, action, self._decay**age) for age, (cell, action) in enumerate(reversed(self._moves))]
         self._moves.clear()
         return moves
@@ -107,5 +107,5 @@ class PathTrace:
         return {"moves": [[cell.x, cell.y, int(action)] for cell, action in self._moves]}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Restore a `state`."""
         self._moves = deque(((Cell(x, y), Action(action)) for x, y, action in state["moves"]), self._moves.maxlen)

@@ -35,6 +35,12 @@ class CheckedBrain(Brain):
             )
         self.sensors = {sensor: functools.partial(self._read, sensor) for sensor in brain.sensors}
 
+    def __getattr__(self, name: str) -> Any:
+        """Return what else the brain has, such as its `network`."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._brain, name)
+
     def decide(self, percept: Percept) -> Decision:
         """Return the brain's decision, its spike counts as a tuple of int."""
         decision: object = self._ask("decide", percept)

@@ -215,7 +215,9 @@ def test_a_drive_in_one_call_is_a_drive_period_by_period():
     together = whole.run(900)
     apart = [pieces.run(10) for _ in range(90)]
     np.testing.assert_array_equal(together.neuron, np.concatenate([spikes.neuron for spikes in apart]))
-    np.testing.assert_array_equal(together.step, np.concatenate([spikes.step + 10 * i for i, spikes in enumerate(apart)]))
+    np.testing.assert_array_equal(
+        together.step, np.concatenate([spikes.step + 10 * i for i, spikes in enumerate(apart)])
+    )
     np.testing.assert_allclose(whole.weights, pieces.weights, rtol=0, atol=1e-12)
 
 

@@ -137,6 +137,8 @@ def test_our_own_brain_passes_every_check():
         plain.elapse(0.5)
         assert np.array_equal(brain.activity().spike_step, plain.activity().spike_step)
     assert np.array_equal(brain.snapshot().weights, plain.snapshot().weights)
+    assert np.array_equal(brain.network.weights, plain.network.weights)
+    assert not hasattr(brain, "no_such_part")
 
 
 def test_what_a_brain_raises_is_told_with_its_file_and_line():

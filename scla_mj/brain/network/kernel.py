@@ -3,12 +3,12 @@
 The order of the work inside one step is fixed and named (docs/model.md):
 1. `integrate`: the step's current, equations 1 and 2, threshold at the step's end, reset.
 2. `decay`: STDP traces, dopamine and eligibility; weights gather eligibility times dopamine.
-3. `sensory_spike` for each: deliver weights to the next step, depress eligibility, raise the presynaptic trace.
-4. `motor_spike` for each: potentiate eligibility, raise the postsynaptic trace.
-5. `_inhibit`: the fixed wiring, alike for whole populations.
+3. `sensory_spike` for each spike: deliver weights to the next step, depress eligibility, raise the presynaptic trace.
+4. `motor_spike` for each spike: potentiate eligibility, raise the postsynaptic trace.
+5. `_inhibit`: the fixed wiring, equal for whole populations.
 
-Synapses are kept lazily, and looked at when their sensory neuron fires or dopamine is released: see synapses.py. The
-steps of a call fall into stretches for that.
+Synapses are updated lazily, when their sensory neuron fires or dopamine is released (synapses.py); for that the steps
+of a call are divided into stretches.
 
 `m` is the network's memory, one record (memory.py).
 """
@@ -32,7 +32,7 @@ from scla_mj.brain.network.synapses import (
 from scla_mj.compiled import cached_njit, leaf_njit
 
 NOT_FINITE: Final = -1
-"""What `run` returns, instead of a number of spikes, where a membrane potential is no longer finite."""
+"""What `run` returns instead of a number of spikes if a membrane potential is no longer finite."""
 
 
 @leaf_njit(inline="always")
@@ -77,7 +77,7 @@ def _inhibit(m: Any) -> None:
 
 @leaf_njit(inline="always")
 def _route_spikes(m: Any, spiked: Any, step: int) -> None:
-    """Pass on this step's spikes, `spiked` in ascending order, and count them by population."""
+    """Deliver this step's spikes, the neurons `spiked` in ascending order, and count them per population."""
     for population in range(m.step_counts.shape[0]):
         m.step_counts[population] = 0
     for spike in range(spiked.shape[0]):
@@ -93,7 +93,7 @@ def _route_spikes(m: Any, spiked: Any, step: int) -> None:
 
 @leaf_njit(inline="always")
 def _release(m: Any, released: Any) -> None:
-    """Add to the dopamine concentrations; a sensor's synapses are settled first, since they count on its sign."""
+    """Add to the dopamine concentrations; a sensor's synapses are settled first, since they rely on its sign."""
     for side in range(SIDES):
         for connection in range(CONNECTIONS):
             if released[OUT_OF_SENSOR[side, connection]] != 0.0:
@@ -117,9 +117,9 @@ def run(
 ) -> int:
     """Release dopamine, (8,), then advance the network by `steps` under constant currents, (N,).
 
-    Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, behind
-    those `filled`: there must be room for N a step, and one more. Adds the spikes of each population to `counts`, (12,)
-    int64. Returns how many are filled then, or `NOT_FINITE` where a membrane potential no longer is finite.
+    Writes every spike (its step, counted from `first_step`, and its neuron) to `spike_step` and `spike_neuron`, after
+    the first `filled`: there must be room for N per step, and one more. Adds the spikes of each population to `counts`,
+    (12,) int64. Returns how many are filled then, or `NOT_FINITE` if a membrane potential is no longer finite.
     """
     m = memory[0]
     for i in range(m.drive.shape[0]):

@@ -1,4 +1,4 @@
-"""The neurons: noise, currents, equations 1 and 2, and who fired."""
+"""The neurons: noise, currents, equations 1 and 2, and the list of those that fired."""
 
 # No `from __future__ import annotations`: numba reads nothing from annotations, readers do.
 from typing import Any, Final
@@ -10,14 +10,14 @@ from scla_mj.brain.network.rows import fill
 from scla_mj.compiled import leaf_njit
 
 _TILE: Final = 1024
-"""Neurons whose 29 bytes each fit into the fastest cache (32 kB); a multiple of all that one vector may hold."""
+"""Neurons per tile: at 29 bytes each they fit into the L1 cache (32 kB); a multiple of any vector length."""
 
 
 @leaf_njit(inline="always")
 def next_noise(low: Any, high: Any, i: int) -> Any:
-    """Return lane i's next 32 random bits (xoroshiro64*, Blackman and Vigna 2018), as a signed integer.
+    """Return neuron i's next 32 random bits (xoroshiro64*, Blackman and Vigna 2018), as a signed integer.
 
-    Every result is cast back to 32 bits: numba computes with 64, and the bits shifted out would come back.
+    Every result is cast back to 32 bits: numba computes with 64, and would keep the bits shifted out.
     """
     s0 = low[i]
     s1 = np.uint32(high[i] ^ s0)
@@ -37,7 +37,7 @@ def gather_current(current: Any, drive: Any, low: Any, high: Any, amplitude: Any
 
 @leaf_njit(inline="always")
 def constants_of(cell: Any) -> NeuronConstants:
-    """Return a record's numbers, read once: a loop that stores would read them anew for every neuron."""
+    """Return a record's numbers, read once: a loop that stores would read them again for every neuron."""
     return NeuronConstants(
         cell.quadratic,
         cell.linear,
@@ -64,7 +64,7 @@ def next_state(v: Any, u: Any, current: Any, c: NeuronConstants) -> tuple[Any, A
 
 @leaf_njit(inline="always")
 def _advance(v: Any, u: Any, current: Any, fired: Any, cell: Any) -> None:
-    """Take neurons of one kind a step further."""
+    """Advance neurons of one kind by one step."""
     constants = constants_of(cell)
     for i in range(v.shape[0]):
         v[i], u[i], fired[i] = next_state(v[i], u[i], current[i], constants)
@@ -72,9 +72,9 @@ def _advance(v: Any, u: Any, current: Any, fired: Any, cell: Any) -> None:
 
 @leaf_njit(inline="always")
 def integrate(m: Any) -> None:
-    """Take all neurons one step further; leave no current behind.
+    """Advance all neurons by one step, and reset their synaptic currents.
 
-    A large network goes by tiles, so that what one loop has loaded is still near when the next one needs it.
+    The loops run tile by tile, so that in a large network what one loop has loaded is still in the cache for the next.
     """
     unit, zero = m.wiring.noise_unit, m.v.dtype.type(0)
     start, split, total = 0, m.trace.shape[0], m.v.shape[0]
@@ -92,10 +92,10 @@ def integrate(m: Any) -> None:
 
 @leaf_njit(inline="always")
 def list_spikes(fired: Any, fired_octets: Any, neurons: Any) -> int:
-    """Write the indices of the neurons that fired, looking at eight at a time; return how many.
+    """Write the indices of the neurons that fired, testing eight at a time; return how many.
 
-    Each of the eight is written, and overwritten by the next unless it fired: a branch on it would be guessed wrong as
-    often as a neuron fires. So `neurons` needs room for one more.
+    Each of the eight is written, and overwritten by the next unless it fired: a branch would be mispredicted as often
+    as a neuron fires. So `neurons` needs room for one more.
     """
     count = 0
     for octet in range(fired_octets.shape[0]):
@@ -108,7 +108,7 @@ def list_spikes(fired: Any, fired_octets: Any, neurons: Any) -> int:
 
 @leaf_njit(inline="always")
 def is_finite(values: Any) -> bool:
-    """Tell whether all values are finite."""
+    """Return whether all values are finite."""
     finite = True
     for i in range(values.shape[0]):
         finite &= np.isfinite(values[i])

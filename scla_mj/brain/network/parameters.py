@@ -35,12 +35,12 @@ LOWER_BOUND: Final = {"float32": 1e-7, "float64": 1e-12}
 TRACE_LOWER_BOUND: Final = {"float32": 1e-6, "float64": 1e-13}
 
 STRETCH_STEPS: Final = 50
-"""Steps between two looks at every neuron with a trace (synapses.py): a thinking window, 2.5 STDP time constants."""
+"""Longest stretch (synapses.py): a thinking window, 2.5 STDP time constants."""
 _STRETCH_TAUS: Final = 2.5
-"""Over more time constants of the STDP traces, or one of eligibility, a stretch's sums would lose float32's digits."""
+"""Over more time constants of the STDP traces, or one of eligibility, a stretch's sums would lose digits in float32."""
 _LEAST_DECAYED: Final = 1e-20
 _LEAST_DECAYED_DOSED: Final = 1e-3
-"""How far E may fall: within float32's range, and with dopamine so that G keeps 13 digits of what it still gains."""
+"""Lower bounds of E: within float32's range, and with dopamine such that G keeps 13 digits of what is added to it."""
 
 # A uniform variable on [-1, 1) has a standard deviation of 1 / sqrt(3).
 _UNIFORM_HALF_WIDTH: Final = 3.0**0.5
@@ -77,7 +77,7 @@ class PlasticityConstants(NamedTuple):
 
 
 class Wiring(NamedTuple):
-    """The fixed weights, and `noise_unit`, 2**-31, which turns a signed 32-bit integer into a number on [-1, 1)."""
+    """The fixed weights, and `noise_unit`, 2**-31, which scales a signed 32-bit integer to [-1, 1)."""
 
     motor_to_inhibitory: Any
     inhibitory_to_motor: Any
@@ -85,7 +85,7 @@ class Wiring(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """What dopamine and the sums of synapses.py change by in one step, in float64 always, and when E is too small."""
+    """Per-step changes of dopamine and of the sums of synapses.py, always in float64, and the lower bounds of E."""
 
     eligibility_decay: float
     dopamine_decay: float
@@ -97,9 +97,10 @@ class Rates(NamedTuple):
 class Parameters(NamedTuple):
     """All that a step reads and never writes, for N neurons.
 
-    `population_start`, (13,), and `population_of`, (N,), say which neurons are whose. `noise_amplitude`, (N,), is the
-    half width of each neuron's uniform noise. `fading`, (STRETCH_STEPS + 1,), is what is left of a trace, over E, by
-    step of a stretch; a stretch has `stretch_steps`. `sign_bits`: where 64 bits of such numbers have their signs.
+    `population_start`, (13,), and `population_of`, (N,), give each population's neurons and each neuron's population.
+    `noise_amplitude`, (N,), is the half width of each neuron's uniform noise. `fading`, (STRETCH_STEPS + 1,), is what
+    is left of a trace, over E, at each step of a stretch; a stretch has at most `stretch_steps`. `sign_bits` is a mask
+    of the sign bits in 64 bits of such numbers.
     """
 
     excitatory: NeuronConstants
@@ -118,7 +119,7 @@ class Parameters(NamedTuple):
 def build_parameters(
     network: NetworkConfig, plasticity: PlasticityConfig, *, neural_step_ms: float, neurons: int = NEURON_COUNT
 ) -> Parameters:
-    """Derive the constants of one neural step of `neural_step_ms`; a larger network shares the fixed weights out."""
+    """Derive the constants of one step of `neural_step_ms`; a larger network has proportionally smaller fixed weights."""
     real = np.dtype(network.precision).type
     populations = populations_of(neurons)
     share = NEURON_COUNT / neurons

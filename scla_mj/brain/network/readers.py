@@ -1,4 +1,4 @@
-"""The lazy weights as they are now, for whoever wants to see them; nothing of the network is changed by it."""
+"""Readers of the current weights, which change nothing in the network."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from scla_mj.compiled import cached_njit
 
 @cached_njit()
 def read_weights(memory: Any, now: Any) -> None:
-    """Write the weights of now into `now`, (8, n, 100)."""
+    """Write the current weights into `now`, (8, n, 100)."""
     m = memory[0]
     real, weight_max = now.dtype.type, m.plasticity.weight_max
     zero = real(0)
@@ -22,10 +22,10 @@ def read_weights(memory: Any, now: Any) -> None:
 
 @cached_njit()
 def mean_weights(memory: Any, at: Any, means: Any) -> None:
-    """Write each projection's mean weight into `means`, (8,) float64, where dopamine has changed it since.
+    """Write each projection's mean weight into `means`, (8,) float64, unless it is up to date.
 
-    `at`, (8,) int64, is what `dosed` was when those that are there were made. Sums by column: unlike one
-    running sum, that vectorises.
+    `at`, (8,) int64, is the value of `dosed` for which a mean was computed. Sums go by column: unlike one running sum,
+    that vectorises.
     """
     m = memory[0]
     real, weight_max, columns = m.trace.dtype.type, m.plasticity.weight_max, m.columns

@@ -1,7 +1,7 @@
-"""What happens to the synapses of one sensory neuron in one projection; synapses.py says why and names the symbols.
+"""Updates of the synapses of one sensory neuron in one projection; synapses.py explains them and names the symbols.
 
-Every loop has the 100 steps of a block, few arrays and no branch, so that the compiler makes it one of whole vectors.
-Numbers are of the arrays' own format: a literal would be a float64, and promote what it meets.
+Every loop has the 100 steps of a block, few arrays and no branch, so that the compiler vectorises it. Numbers are of
+the arrays' own format: a literal would be a float64 and promote the result.
 """
 
 from typing import Any, Final
@@ -12,7 +12,7 @@ from scla_mj.anatomy import NEURONS_PER_SIDE
 from scla_mj.compiled import leaf_njit
 
 BLOCK: Final = NEURONS_PER_SIDE
-"""A population is made of blocks of this size; a projection connects block with block, all to all."""
+"""Populations consist of blocks of this size; a projection connects block with block, all to all."""
 
 
 @leaf_njit()
@@ -24,21 +24,21 @@ def deliver(current: Any, weight: Any) -> None:
 
 @leaf_njit()
 def depress(scaled: Any, depression: Any, trace: Any, reach: Any, post: Any) -> None:
-    """Take from eligibility what a sensory spike takes, and what it has gained from then on to be a P."""
+    """Subtract the depression of a sensory spike from eligibility, and `reach` P, so that P counts from now on."""
     for j in range(BLOCK):
         scaled[j] -= depression * trace[j] + reach * post[j]
 
 
 @leaf_njit(inline="always")
 def hold_back(weight: Any, reach: Any, since: Any, post: Any, post_gathered: Any) -> None:
-    """Take from the weights of now what `reach` makes of the stretch so far: it was there before the spike."""
+    """Subtract from current weights what `reach` would add for the stretch before the spike."""
     for j in range(BLOCK):
         weight[j] -= reach * (since * post[j] - post_gathered[j])
 
 
 @leaf_njit(inline="always")
 def potentiate(scaled: Any, reach: Any, post: Any) -> None:
-    """Give eligibility what it has gained from motor spikes."""
+    """Add to eligibility what motor spikes added."""
     for j in range(BLOCK):
         scaled[j] += reach * post[j]
 
@@ -47,11 +47,11 @@ def potentiate(scaled: Any, reach: Any, post: Any) -> None:
 def bring_on(
     synapses: Any, post: Any, post_gathered: Any, reach: Any, moved: Any, since: Any, weight_max: Any, table: Any
 ) -> None:
-    """Make the weights the clipped w of now, and `scaled` its Z; `table` keeps what they were, and how sure that is.
+    """Bring weights to the current, clipped w and `scaled` to Z; `table` keeps the old ones and a margin of error.
 
-    A `margin` below zero says that a weight may have met a bound before it turned back from it. Only a Z that became
-    positive turns its weight back, from below where G rises and from above where it falls, and by no more than Z of
-    now times what G has moved.
+    A negative `margin` says that a weight may have reached a bound and then turned back from it. Only a Z that became
+    positive turns its weight back, upwards if G rises and downwards if it falls, by at most the current Z times the
+    change of G.
     """
     weight, scaled = synapses.weight, synapses.scaled
     zero, no_bound = weight.dtype.type(0), weight.dtype.type(np.inf)
@@ -70,7 +70,7 @@ def bring_on(
 
 @leaf_njit()
 def is_sure(margin_bits: Any, sign_bits: Any) -> bool:
-    """Tell whether no margin is below zero: `sign_bits` are set in none of them, looked at as integers of 64 bits."""
+    """Return whether no margin is negative: none, viewed as 64-bit integers, has one of the `sign_bits`."""
     together = np.uint64(0)
     for i in range(margin_bits.shape[0]):
         together |= margin_bits[i]
@@ -79,7 +79,7 @@ def is_sure(margin_bits: Any, sign_bits: Any) -> bool:
 
 @leaf_njit()
 def settle_row(weight: Any, scaled: Any, moved: Any, decayed: Any, weight_max: Any, lower_bound: Any) -> None:
-    """Make `weight` the clipped w of now, and `scaled` the eligibility c; what is under the lower_bound is zero."""
+    """Bring `weight` to the current, clipped w and `scaled` to the eligibility c, zero below its lower bound."""
     zero = weight.dtype.type(0)
     if moved != zero:
         for j in range(BLOCK):

@@ -1,8 +1,8 @@
-"""The plastic synapses, kept so lazily that nothing touches one until its sensory neuron fires or dopamine is released.
+"""The plastic synapses, updated so lazily that none is touched until its sensory neuron fires or dopamine is released.
 
 Between two spikes of its sensory neuron i a synapse's eligibility gains only what spikes of its motor neuron j add, and
 its weight only what eligibility and dopamine make of that. Both are products of something of i and something of j, so
-a spike of j is one number added to a running sum, and i takes what it missed from that sum when it fires next.
+a spike of j adds one number to a running sum, and i catches up from that sum when it fires next.
 
 With E = `decayed` = exp(-t / tau_c) since the sensor's last `settle`, and G = `gathered` = the sum of rate E d since
 then, Z = c / E is constant between spikes, and the weight goes with it: dw = Z dG. Within a stretch of steps n = 1, 2,
@@ -11,17 +11,16 @@ adds a f to Z, where a = `reach` = A+ x / E is constant until i fires again, and
 
     P = `post` = the sum of f over j's spikes in this stretch,    Q = `post_gathered` = the sum of f S over them,
 
-where S = how far G has come in this stretch, a synapse that was last looked at when G was G_i and S was S_i has
+where S = how far G has come in this stretch, a synapse that was last updated when G was G_i and S was S_i has
 
     Z = `scaled` + a P                                what is stored:   `scaled` = Z_i - a P_i
     w = `weight` + `scaled` (G - G_i) + a (S P - Q)                     `weight` = w_i - a (S_i P_i - Q_i)
 
-Motor spikes only ever raise Z, and dopamine keeps its sign until it is released anew, which settles: so a weight's way
-turns back once at most, and to clip it at the end is to clip it all the way, unless it would have met the other bound
-before it turned. `bring_on` finds where that cannot be ruled out; `_replay_doubts` walks such synapses through the
-stretch spike by spike.
+Motor spikes only raise Z, and dopamine keeps its sign until the next release, which settles: so a weight turns back at
+most once, and clipping it at the end equals clipping it in every step, unless it reached the other bound before it
+turned. `bring_on` finds where that cannot be ruled out; `_replay_doubts` replays such synapses spike by spike.
 
-E, G and S, a few numbers for 80,000 synapses, are float64 always: a sum of a thousand products in float32 would lose
+E, G and S, a few numbers for 80,000 synapses, are always float64: a sum of a thousand products in float32 would lose
 digits.
 """
 
@@ -55,7 +54,7 @@ INTO_MOTOR: Final = np.array([[k for k, p in enumerate(PROJECTIONS) if p.motor =
 
 @leaf_njit()
 def open_stretch(m: Any) -> None:
-    """Begin a stretch: no motor neuron has fired in it, and every sensory neuron's trace reaches as far as it does."""
+    """Begin a stretch: no motor neuron has fired in it yet, and every sensory neuron's `reach` follows its trace."""
     zero = m.trace.dtype.type(0)
     size = m.synapses.shape[1]
     for side in range(SIDES):
@@ -75,7 +74,7 @@ def open_stretch(m: Any) -> None:
 
 @leaf_njit(inline="always")
 def _keep_in_range(m: Any, side: int) -> None:
-    """Settle a sensor before E is too small: beside it G would lose the digits that new spikes still need."""
+    """Settle a sensor before E is so small that what is added to G would lose digits."""
     dosed = False
     for connection in range(CONNECTIONS):
         dosed |= m.dopamine[OUT_OF_SENSOR[side, connection]] != 0.0
@@ -85,7 +84,7 @@ def _keep_in_range(m: Any, side: int) -> None:
 
 @leaf_njit()
 def close_stretch(m: Any, step: int) -> None:
-    """End a stretch of `step` steps: give every sensory neuron with a trace what it missed; drop traces that faded."""
+    """End a stretch of `step` steps: catch up every sensory neuron with a trace; negligible traces become zero."""
     zero, trace_lower_bound = m.trace.dtype.type(0), m.plasticity.trace_lower_bound
     size = m.synapses.shape[1]
     for neuron in range(SIDES * size):
@@ -135,7 +134,7 @@ def sensory_spike(m: Any, side: int, row: int, step: int) -> None:
 
 @leaf_njit(inline="always")
 def motor_spike(m: Any, side: int, row: int, step: int) -> None:
-    """Add a motor neuron's spike to what sensory neurons will take from it, and raise its trace."""
+    """Add a motor neuron's spike to the sums from which sensory neurons catch up, and raise its trace."""
     real = m.trace.dtype.type
     size = m.synapses.shape[1]
     left = m.fading[step]
@@ -152,13 +151,13 @@ def motor_spike(m: Any, side: int, row: int, step: int) -> None:
 
 @leaf_njit(inline="always")
 def _is_still(m: Any, k: int, row: int) -> bool:
-    """Tell whether a neuron's weights have stood since it was last looked at, and in this whole stretch."""
+    """Return whether a neuron's weights are unchanged since its last update and during this whole stretch."""
     return bool(m.gathered[k] == m.gathered_at[k, row] and m.gathered[k] == m.opening[k])
 
 
 @leaf_njit(inline="always")
 def catch_up(m: Any, k: int, neuron: int, step: int) -> None:
-    """Make what is stored of a sensory neuron's synapses in a projection the Z and w of now, as if its reach were 0."""
+    """Bring the stored Z and w of a sensory neuron's synapses in a projection up to date, as if its reach were 0."""
     real = m.trace.dtype.type
     size = m.synapses.shape[1]
     row = neuron % size
@@ -177,7 +176,7 @@ def catch_up(m: Any, k: int, neuron: int, step: int) -> None:
 
 @leaf_njit()
 def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
-    """Catch each doubtful synapse of a row up motor spike by motor spike, clipped after each."""
+    """Recompute each doubtful synapse of a row motor spike by motor spike, clipping after each."""
     size = m.synapses.shape[1]
     row = neuron % size
     motor = MOTOR_OF[k] * size + row // BLOCK * BLOCK
@@ -191,7 +190,7 @@ def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
         at = m.next_spike[0, motor + j]
         while at:
             gain, then = reach * float(m.fading[at]), m.course[k, at]
-            if at < since:  # what was stored is less than it was by this
+            if at < since:  # what is stored is smaller by this
                 w += gain * (gathered - then)
             else:
                 w = min(max(w + z * (then - gathered), 0.0), weight_max)
@@ -204,7 +203,7 @@ def _replay_doubts(m: Any, k: int, neuron: int, step: int) -> None:
 
 @leaf_njit()
 def settle(m: Any, side: int) -> None:
-    """Between two stretches, make `scaled` a sensor's eligibility c, and `weight` its weights: E is 1 and G is 0."""
+    """Between two stretches, bring a sensor's `scaled` to its eligibility c and `weight` to w, with E = 1 and G = 0."""
     real = m.trace.dtype.type
     weight_max, lower_bound = m.plasticity.weight_max, m.plasticity.lower_bound
     for connection in range(CONNECTIONS):
