@@ -119,7 +119,7 @@ class Parameters(NamedTuple):
 def build_parameters(
     network: NetworkConfig, plasticity: PlasticityConfig, *, neural_step_ms: float, neurons: int = NEURON_COUNT
 ) -> Parameters:
-    """Derive the constants of one step of `neural_step_ms`; a larger network has proportionally smaller fixed weights."""
+    """Derive the constants of one step of `neural_step_ms`; a larger network divides the fixed weights by its size."""
     real = np.dtype(network.precision).type
     populations = populations_of(neurons)
     share = NEURON_COUNT / neurons
