@@ -163,14 +163,14 @@ class Network:
             self._begin_window()
         wanted = self._window_steps + steps
         while self._window_steps < wanted:
-            released = self._take_due()
-            size = min(self._steps_per_call, wanted - self._window_steps, self._steps_to_release())
+            released = self._due()
+            self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
+            to_releases = [due - self._steps for due, _ in self._releases]
+            size = min(self._steps_per_call, wanted - self._window_steps, *to_releases)
             self._reserve(size)
             filled = self._run(size, current, released)
             if filled == kernel.NOT_FINITE:
-                raise SclaError(
-                    "the network's membrane potentials are no longer finite: use a smaller drive, noise or neural step"
-                )
+                raise SclaError("a membrane potential is no longer finite: use a smaller drive, noise or neural step")
             self.spike_count = filled
             self._window_steps += size
             self._steps += size
@@ -230,21 +230,7 @@ class Network:
 
     def _due(self) -> NDArray[np.float64]:
         """Return the dopamine that is to be released before the next step, (8,)."""
-        amounts = [amount for due, amount in self._releases if due <= self._steps]
-        return amounts[0] if len(amounts) == 1 else sum(amounts, start=self._nothing)
-
-    def _take_due(self) -> NDArray[np.float64]:
-        """Return the same, and forget it."""
-        if not self._releases:
-            return self._nothing
-        released = self._due()
-        self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
-        return released
-
-    def _steps_to_release(self) -> int:
-        if not self._releases:
-            return self._steps_per_call
-        return min(due - self._steps for due, _ in self._releases)
+        return sum((amount for due, amount in self._releases if due <= self._steps), start=self._nothing)
 
 
 def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:
@@ -261,9 +247,8 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 def _require_shape(name: str, array: ArrayLike, wanted: tuple[int, ...]) -> None:
     """Compiled code checks no bounds."""
-    shape = array.shape if isinstance(array, np.ndarray) else np.shape(array)
-    if shape != wanted:
-        raise SclaError(f"{name} has the shape {shape}: it must be {wanted}")
+    if np.shape(array) != wanted:
+        raise SclaError(f"{name} has the shape {np.shape(array)}: it must be {wanted}")
 
 
 def _require_count(name: str, value: int) -> None:
