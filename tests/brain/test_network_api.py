@@ -77,13 +77,15 @@ def test_assigned_weights_are_those_of_the_next_spikes_and_an_edit_in_place_is_r
 
 
 def test_weights_that_were_read_can_be_assigned_in_any_number_format():
-    network = Network(NetworkConfig(weight_low=0.1, weight_high=0.3, weight_max=0.3))
+    network = Network(NetworkConfig(weight_low=0.1, weight_high=0.7, weight_max=0.7))
     network.release_dopamine(np.full(8, 5.0))
     network.run(1000, np.full(1000, 8.0))
     weights = network.weights
-    assert weights.max() == np.float32(0.3)
+    assert weights.max() == np.float32(0.7) < 0.7
     network.weights = weights.astype(float)
     np.testing.assert_array_equal(network.weights, weights)
+    network.weights = np.full((8, 100, 100), 0.7)
+    assert (network.weights == np.float32(0.7)).all()
 
 
 def test_populations_and_projections_are_known_by_name():
