@@ -81,7 +81,7 @@ def test_weights_that_were_read_can_be_assigned_in_any_number_format():
     network.release_dopamine(np.full(8, 5.0))
     network.run(1000, np.full(1000, 8.0))
     weights = network.weights
-    assert weights.max() == np.float32(0.7) < 0.7
+    assert float(weights.max()) == float(np.float32(0.7)) < 0.7
     network.weights = weights.astype(float)
     np.testing.assert_array_equal(network.weights, weights)
     network.weights = np.full((8, 100, 100), 0.7)
