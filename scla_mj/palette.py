@@ -8,8 +8,6 @@ from scla_mj.signals import Outcome
 RGB = tuple[int, int, int]
 
 TARGET_COLOUR: Final = "#cc3311"
-TARGET_MARKER: Final = "*"
-"""The target's mark on a map of a policy, as matplotlib names it: a star."""
 
 # Mid tones: each stands out at 3 : 1 or more (WCAG 2.1's bound for graphics) on white and on the dashboard's dark.
 _WARM: Final = ("#e03131", "#d9690a", "#b8860b", "#d6409f")

@@ -208,8 +208,8 @@ class Session:
 
         path = self._run.path
         first, last = self._checked.grid(), self._checked.grid(summary.epochs[-1].epoch)
-        floor = hits_per_1000(first, self._config.protocol, uniform_policy(first))
-        plots.plot_epochs(path, summary, floor_hits_per_1000=floor)
+        walk = hits_per_1000(first, self._config.protocol, uniform_policy(first))
+        plots.plot_epochs(path, summary, random_walk_hits_per_1000=walk)
         curve = self._account.history.curve()
         if len(curve.decision):
             plots.plot_weights(path, curve, summary)

@@ -10,8 +10,9 @@ from scla_mj.config import RunConfig
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
+from scla_mj.runs.drawing import POLICY_SHADES
 from scla_mj.runs.history import WeightCurve
-from scla_mj.runs.plots import BAR, CEILING, FLOOR, POLICY_COLOURS, plot_epochs, plot_policy, plot_weights
+from scla_mj.runs.plots import BAR, CEILING, RANDOM_WALK, plot_epochs, plot_policy, plot_weights
 from scla_mj.runs.summary import Tally, epoch_summary
 
 PAPER = Grid((5, 5), Cell(3, 3), 0.3)
@@ -43,19 +44,19 @@ def test_bars_are_as_high_as_the_hits(tmp_path):
 
 def test_a_target_that_jumps_changes_the_ceiling_and_ends_the_random_walks_line(tmp_path):
     """Bars of 400, 240 and 240 hits reach their epochs' ceilings: the line lies on top of each."""
-    plot_epochs(tmp_path, summary_of([400, 240, 240], [400.0, 240.0, 240.0]), floor_hits_per_1000=31.58)
+    plot_epochs(tmp_path, summary_of([400, 240, 240], [400.0, 240.0, 240.0]), random_walk_hits_per_1000=31.58)
     image = pixels(tmp_path / EPOCHS_PNG)
     bars = mask(image, BAR)
     edges = np.flatnonzero(np.diff((bars.sum(axis=0) > 20).astype(int))).reshape(-1, 2)
     above_axis = slice(int(0.85 * len(image)))
-    ceiling, floor = mask(image[above_axis], CEILING), mask(image[above_axis], FLOOR)
+    ceiling, walk = mask(image[above_axis], CEILING), mask(image[above_axis], RANDOM_WALK)
     tops = []
     for start, stop in edges:
         assert ceiling[:, start:stop].sum(axis=1).max() > 0.4 * (stop - start)  # dashed
         tops.append(int(np.flatnonzero(bars[:, (start + stop) // 2])[0]))
         assert abs(int(ceiling[:, start:stop].sum(axis=1).argmax()) - tops[-1]) < 8
-    assert tops[1] - tops[0] > 100 and tops[1] == tops[2]
-    dotted = [int(floor[tops[1] + 50 :, start:stop].sum(axis=1).max()) for start, stop in edges]
+    assert tops[1] - tops[0] > 100 and abs(tops[1] - tops[2]) < 4  # the dashes hide a bar's edge, or do not
+    dotted = [int(walk[tops[1] + 50 :, start:stop].sum(axis=1).max()) for start, stop in edges]
     assert dotted[0] > 20 and dotted[1:] == [0, 0]
 
 
@@ -82,7 +83,7 @@ def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
     plot_policy(tmp_path, PAPER, probabilities, summary_of([400]))
     image = pixels(tmp_path / POLICY_PNG)
     image = image[:, : int(image.shape[1] * 0.84)]  # without the colour bar
-    assert POLICY_COLOURS == "Blues"
+    assert POLICY_SHADES == "Blues"
     rows, columns = np.nonzero(mask(image, "#08306b"))
     y_target, x_target = (np.mean(places) for places in np.nonzero(mask(image, TARGET_COLOUR)))
     pixels_per_cell = (columns.max() - x_target) / 2.5
@@ -97,7 +98,7 @@ def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
 def test_the_same_data_give_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        plot_epochs(tmp_path / name, summary_of([3, 9]), floor_hits_per_1000=31.58)
+        plot_epochs(tmp_path / name, summary_of([3, 9]), random_walk_hits_per_1000=31.58)
         plot_policy(tmp_path / name, PAPER, np.full((5, 5, 4), 0.25), summary_of([3, 9]))
     for name in (EPOCHS_PNG, POLICY_PNG):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()

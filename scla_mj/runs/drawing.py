@@ -1,0 +1,141 @@
+"""What all saved figures share: one style, and the two drawings that a run and a report both show. No pyplot."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any, Final, Literal
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch, Rectangle
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
+
+from scla_mj.anatomy import PROJECTIONS
+from scla_mj.grid import Action, Grid
+from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
+
+Array = NDArray[np.float64]
+
+DPI: Final = 150
+INK: Final = "#22262b"
+SOFT: Final = "#626a73"
+RULE: Final = "#dcdcd6"
+POLICY_SHADES: Final = "Blues"
+_ARROW: Final = "#e8730c"
+_CLOSED: Final = "#6b7075"
+_SHORTEST_ARROW: Final = 0.05
+"""A mean step shorter than this, in cells, is drawn as no arrow: it would be a speck."""
+
+_STYLE: Final[dict[Any, Any]] = {
+    "svg.fonttype": "none",
+    "font.size": 9.5,
+    "axes.edgecolor": SOFT,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": SOFT,
+    "ytick.color": SOFT,
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlecolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": RULE,
+    "grid.linewidth": 0.7,
+    "legend.frameon": False,
+}
+
+
+@contextmanager
+def canvas(width_in: float, height_in: float, rows: int = 1, columns: int = 1) -> Iterator[tuple[Figure, Any]]:
+    """Yield a figure and its axes (rows, columns), in the shared style."""
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")
+        yield figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def save(figure: Figure, file: IO[Any] | Path, *, kind: Literal["svg", "png"] = "png", salt: str = "") -> None:
+    """Write a figure without date or version, so that equal figures give equal bytes; an SVG has no background.
+
+    `salt` makes the names inside an SVG differ from those of other figures on the same page.
+    """
+    none = dict.fromkeys(("Date", "Creator", "Format", "Type")) if kind == "svg" else {"Software": None}
+    with mpl.rc_context({**_STYLE, "svg.hashsalt": salt}):
+        figure.savefig(file, format=kind, dpi=DPI, transparent=kind == "svg", metadata=none)
+    figure.set_layout_engine("none")  # laid out once: the next file need not do it again
+
+
+def draw_weights(axes: Axes, x: Array, mean: Array, band: tuple[Array, Array] | None = None) -> None:
+    """Draw the mean weight of each projection (n, 8) in mV over `x` (n,), with a band from low to high if given.
+
+    Agreeing projections are solid and warm, opposite ones dashed and cool.
+    """
+    for index, projection in enumerate(PROJECTIONS):
+        colour, dash = PROJECTION_COLOURS[projection.name], "-" if projection.agrees else "--"
+        label, marker = projection.name.replace("to", " → "), "o" if 0 < len(x) < 8 else None
+        axes.plot(x, mean[:, index], ls=dash, color=colour, lw=1.6, marker=marker, ms=4, label=label)
+        if band is not None:
+            axes.fill_between(x, *(end[:, index] for end in band), color=colour, alpha=0.2, lw=0)
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.01)
+    axes.set_ylabel("mean weight (mV)")
+    axes.grid(axis="y")
+    handles, labels = axes.get_legend_handles_labels()
+    order = sorted(range(len(labels)), key=lambda index: not PROJECTIONS[index].agrees)
+    axes.legend([handles[i] for i in order], [labels[i] for i in order], loc="center left", bbox_to_anchor=(1.0, 0.5),
+                handlelength=2.4)  # fmt: skip
+
+
+def draw_policy(axes: Axes, grid: Grid, probabilities: Array) -> PolyCollection:
+    """Draw a map of action probabilities (W, H, 4), indexed by x - 1, y - 1 and action; return what a colour bar needs.
+
+    Every cell is quartered, one quarter per action, darker where it is more probable; an arrow is the cell's mean step.
+    The target is a star, closed cells are grey.
+    """
+    width, height = grid.cells
+    cells = [cell for cell in grid.open_cells() if cell != grid.target]
+    values = [probabilities[cell.x - 1, cell.y - 1, action] for cell, action in itertools.product(cells, Action)]
+    quarters = [_quarter(cell.x, cell.y, action) for cell, action in itertools.product(cells, Action)]
+    shades = PolyCollection(
+        quarters, array=np.asarray(values), cmap=POLICY_SHADES, edgecolors="white", linewidths=0.4, clim=(0.0, 1.0)
+    )
+    axes.add_collection(shades)
+    _draw_arrows(axes, grid, probabilities)
+    for cell in grid.all_cells():
+        colour = _CLOSED if cell in grid.closed else "none"
+        axes.add_patch(Rectangle((cell.x - 0.5, cell.y - 0.5), 1, 1, facecolor=colour, edgecolor="white", lw=2.0))
+    star = mpl.path.Path.unit_regular_star(5, 0.382).transformed(Affine2D().scale(0.24).translate(*grid.target))
+    axes.add_patch(PathPatch(star, facecolor=TARGET_COLOUR, edgecolor="none", zorder=4))
+    axes.set(xlim=(0.5, width + 0.5), ylim=(0.5, height + 0.5), aspect="equal")
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=12, integer=True, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=12, integer=True, steps=[1, 2, 5, 10]))
+    axes.tick_params(length=0)
+    axes.spines[["left", "bottom"]].set_visible(False)
+    return shades
+
+
+def _quarter(x: int, y: int, action: Action) -> list[tuple[float, float]]:
+    """Return the triangle between a cell's centre and the edge that the action crosses."""
+    dx, dy = action.step
+    edge_x, edge_y, half = x + dx / 2, y + dy / 2, 0.5
+    side_x, side_y = abs(dy) * half, abs(dx) * half
+    return [(x, y), (edge_x - side_x, edge_y - side_y), (edge_x + side_x, edge_y + side_y)]
+
+
+def _draw_arrows(axes: Axes, grid: Grid, probabilities: Array) -> None:
+    """Draw every cell's mean step: the longer, the more certain."""
+    cells = np.array([cell for cell in grid.open_cells() if cell != grid.target])
+    steps = probabilities[cells[:, 0] - 1, cells[:, 1] - 1] @ np.array([action.step for action in Action])
+    drawn = np.linalg.norm(steps, axis=1) > _SHORTEST_ARROW
+    axes.quiver(*cells[drawn].T, *steps[drawn].T, pivot="mid", angles="xy", scale_units="xy", scale=1.5, units="xy",
+                width=0.08, headwidth=3.2, headlength=3.2, headaxislength=2.8, minlength=0.0, zorder=3, color=_ARROW,
+                edgecolor="white", linewidth=0.5)  # fmt: skip
