@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro.conf
 
-from scla_mj.checked import check
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
+    from scla_mj.experiments.campaign import Job
     from scla_mj.experiments.catalogue import Experiment
+    from scla_mj.experiments.reproduce import Watch
 
 _EVERYTHING: Final = ("all",)
 
@@ -42,9 +42,7 @@ class Reproduce:
 
     def run(self) -> int:
         """Run what is missing and write the report; return the exit code."""
-        from scla_mj.engine.lock import exclusive
-        from scla_mj.experiments.campaign import open_jobs, run_jobs
-        from scla_mj.experiments.report import write_report
+        from scla_mj.experiments.reproduce import reproduce
 
         experiments = self._chosen()
         if self.list:
@@ -52,12 +50,8 @@ class Reproduce:
             return 0
         if self.path is None:
             raise SclaError("OUT is missing: name a folder for the runs and the report, or --list the experiments")
-        with exclusive(self.path):
-            jobs = open_jobs(self.path, experiments)
-            with _bar(len(jobs)) as advance:
-                watch = lambda job: advance(f"{job.experiment.name} {job.folder.name}")  # noqa: E731
-                run_jobs(jobs, workers=self.workers, watch=watch)
-            report = write_report(self.path, experiments, command=self._command())
+        with _bar() as watch:
+            report = reproduce(experiments, self.path, workers=self.workers, watch=watch, command=self._command())
         print(f"The report:  {report}")
         return 0
 
@@ -78,17 +72,9 @@ class Reproduce:
         chosen = [e for e in CATALOGUE if wanted & {e.name, e.group, *_EVERYTHING}]
         return tuple(self._scaled(experiment) for experiment in chosen)
 
-    def _scaled(self, experiment: Experiment) -> Experiment:
-        config = experiment.config
-        scaled = dataclasses.replace(
-            config,
-            epochs=config.epochs if self.epochs is None else min(config.epochs, self.epochs),
-            decisions=config.decisions if self.decisions is None else self.decisions,
-        )
-        if scaled.task.jump_epoch > scaled.epochs:  # a quick look may end before the target jumps
-            scaled = dataclasses.replace(scaled, task=dataclasses.replace(scaled.task, jump_epoch=scaled.epochs))
-        check(scaled)
-        return dataclasses.replace(experiment, config=scaled, seeds=experiment.seeds[: self.seeds])
+    def _scaled(self, full: Experiment) -> Experiment:
+        epochs, decisions = self.epochs or full.config.epochs, self.decisions or full.config.decisions
+        return full.at_scale(full.seeds[: self.seeds], min(epochs, full.config.epochs), decisions)
 
     def _quick(self) -> dict[str, int]:
         """The options that make a campaign smaller, those given."""
@@ -117,8 +103,8 @@ def _print_experiments(experiments: tuple[Experiment, ...]) -> None:
 
 
 @contextlib.contextmanager
-def _bar(total: int) -> Iterator[Callable[[str], None]]:
-    """Show how many runs are done; yields the function that counts one."""
+def _bar() -> Iterator[Watch]:
+    """Show how many runs are done; yields the function that is told."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -130,6 +116,14 @@ def _bar(total: int) -> Iterator[Callable[[str], None]]:
     )
 
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as progress:
-        task = progress.add_task("runs", total=total)
-        yield lambda description: progress.update(task, advance=1, description=description)
+    progress = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True))
+    bar = progress.add_task("runs")
+    with contextlib.ExitStack() as shown:
+
+        def watch(done: int, total: int, job: Job | None) -> None:
+            if job is None:
+                shown.enter_context(progress)
+            name = f"{job.experiment.name} {job.folder.name}" if job else "runs"
+            progress.update(bar, completed=done, total=total, description=name)
+
+        yield watch

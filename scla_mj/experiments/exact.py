@@ -12,18 +12,18 @@ _CELL_M = 1.0  # arithmetic on cells: their size does not matter
 
 
 def grid_of(cells: tuple[int, int], target: tuple[int, int]) -> Grid:
-    """Return a floor without closed cells."""
+    """Return an arena without closed cells."""
     return Grid(cells, Cell(*target), _CELL_M)
 
 
 def paper_grid() -> Grid:
-    """Return the paper's floor."""
+    """Return the paper's arena."""
     return grid_of(paper.CELLS, paper.TARGET)
 
 
-def random_walk(protocol: StartProtocol) -> float:
-    """Return a random walk's hits per 1000 on the paper's floor."""
-    grid = paper_grid()
+def random_walk(protocol: StartProtocol, grid: Grid | None = None) -> float:
+    """Return a random walk's hits per 1000, by default in the paper's arena."""
+    grid = grid or paper_grid()
     return hits_per_1000(grid, protocol, uniform_policy(grid))
 
 

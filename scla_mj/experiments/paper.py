@@ -13,9 +13,9 @@ SCLA_HITS: Final = 784.2
 AUTOMATON_HITS: Final = 115.0
 """The cellular learning automaton alone (its conclusions)."""
 AUTOMATON_MOVES: Final = 9.0
-"""Its moves a hit, "approximately" (its conclusions)."""
+"""Its moves per hit, "approximately" (its conclusions)."""
 AUTOMATON_SPAN: Final = (11, 20)
-"""The second half of the 20 epochs that it ran the automaton for, when ours has settled."""
+"""The second half of the 20 epochs that it ran the automaton for, in which ours has settled."""
 MOST_STEPS: Final = 2
 """"At most 2 steps to reach to the target" (its conclusions)."""
 EPOCHS: Final = 30

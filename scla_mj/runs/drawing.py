@@ -84,7 +84,7 @@ def draw_weights(axes: Axes, x: Array, mean: Array, band: tuple[Array, Array] | 
         label, marker = projection.name.replace("to", " → "), "o" if 0 < len(x) < 8 else None
         axes.plot(x, mean[:, index], ls=dash, color=colour, lw=1.6, marker=marker, ms=4, label=label)
         if band is not None:
-            axes.fill_between(x, *(end[:, index] for end in band), color=colour, alpha=0.2, lw=0)
+            axes.fill_between(x, band[0][:, index], band[1][:, index], color=colour, alpha=0.2, lw=0)
     axes.set_ylim(bottom=0)
     axes.margins(x=0.01)
     axes.set_ylabel("mean weight (mV)")

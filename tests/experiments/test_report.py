@@ -14,11 +14,9 @@ from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue.experiment import Experiment, Target, with_settings
 from scla_mj.experiments.report import write_report
-from scla_mj.experiments.report.document import Figure, Table, plain
+from scla_mj.experiments.report.chapters.differences import pairs_of
 from scla_mj.experiments.report.evidence import gather
-from scla_mj.experiments.report.sections.tests_of_difference import pairs_of
 from scla_mj.experiments.report.verdicts import judge
-from scla_mj.experiments.report.write import lay_out
 from scla_mj.runs.decisions import read_decisions
 
 COMMAND = "scla-mj reproduce OUT --only 'a & b'"
@@ -35,7 +33,7 @@ EXPERIMENTS = (
     )),
     Experiment("scla-sensed", "paper", "SCLA, sensed", "Does the network?", SENSED, FOUR),
     Experiment("automaton-any", "paper", "automaton", "What alone?", with_settings(BASE, brain="automaton"), FOUR),
-    Experiment("random-any", "comparison", "random", "The floor.", with_settings(BASE, brain="random"), THREE, None,
+    Experiment("random-any", "comparison", "random", "Chance?", with_settings(BASE, brain="random"), THREE, None,
                (Target("no seed under 90 %", 1, 4, "worst seed percent of ceiling", 90.0),)),
     Experiment("jump", "world", "the target jumps", "Without a hint?", JUMP, THREE),
     Experiment("large", "world", "6x6", "Larger?", with_settings(BASE, grid={"cells": (6, 6)}), (7,)),
@@ -163,7 +161,7 @@ def test_a_run_with_other_settings_is_not_taken_for_this_one(out):
 
 def test_the_papers_table_5_stands_beside_ours(out):
     rows = read_csv(out, "table-table-5")
-    assert [row["paper"] for row in rows[:4]] == ["799", "778", "772", "807"]
+    assert [row["paper"] for row in rows[:4]] == ["799.0", "778.0", "772.0", "807.0"]
     ours = [float(row["ours, sensed-start"]) for row in rows[:4]]
     assert ours == pytest.approx(hits_by_hand(out, EXPERIMENTS[1]).mean(axis=0))
     assert float(rows[4]["paper"]) == pytest.approx((799 + 778 + 772 + 807) / 4)
@@ -212,13 +210,13 @@ def test_figure_3_shows_eight_connections_at_every_epoch(out):
 def test_one_scalar_dopamine_is_shown_beside_the_signed_one(out):
     text = (out / "report.md").read_text(encoding="utf-8")
     end = learning(1.5)(4)
-    for title, seeds in (("One dopamine", THREE), ("SCLA, sensed", FOUR)):
+    for title, seeds in (("one dopamine", THREE), ("SCLA, sensed", FOUR)):
         drawn = (
             0.01 * np.mean(seeds) + 0.02 * np.mean([0, 3, 4, 6]),
             0.01 * np.mean(seeds) + 0.02 * np.mean([1, 2, 5, 7]),
         )
         agreeing, opposite = 1.0 + 2.9 * end + drawn[0], 1.0 - 0.7 * end + drawn[1]
-        said = re.search(rf"{title}: agreeing weights end at ([\d.]+) .* opposite ones at ([\d.]+) ", text)
+        said = re.search(rf"at the end, {title}: agreeing ([\d.]+) .* opposite ([\d.]+) ", text)
         assert [float(value) for value in said.groups()] == pytest.approx([agreeing, opposite], abs=0.006)
     assert len(read_csv(out, "figure-weights-scalar")) == 8 * 4
 
@@ -244,23 +242,24 @@ def test_the_errata_are_computed_and_come_out_as_docs_errata_has_them(out):
     for said in ("784.2 hits cannot be any-start", "115 hits are 115.38", "8.67", "Table 5 averages 786.05",
                  "from 750 to 811", "18.5", "no policy earns more than 400"):  # fmt: skip
         assert said in text
-    yardsticks = {
-        (row["policy"], row["protocol"]): float(row["hits per 1000"]) for row in read_csv(out, "table-yardsticks")
-    }
-    assert yardsticks["random walk, a bump stays", "any-start"] == pytest.approx(31.58, abs=0.005)
-    assert yardsticks["random walk, a bump stays", "sensed-start"] == pytest.approx(1000 / 24)
-    floors = [round(float(row["ceiling, any-start"]), 2) for row in read_csv(out, "table-floors")]
-    assert floors == [400.0, 240.0, 282.35, 285.71]
+    exact = {(row["policy"], row["protocol"]): float(row["hits per 1000"]) for row in read_csv(out, "table-policies")}
+    assert exact["random walk, a bump stays", "any-start"] == pytest.approx(31.58, abs=0.005)
+    assert exact["random walk, a bump stays", "sensed-start"] == pytest.approx(1000 / 24)
+    ceilings = [round(float(row["ceiling, any-start"]), 2) for row in read_csv(out, "table-arenas")]
+    assert ceilings == [400.0, 240.0, 282.35, 285.71]
 
 
-def test_every_caption_of_results_names_protocol_ceiling_seeds_and_epochs(study):
+def test_every_caption_of_results_names_protocol_ceiling_seeds_and_epochs(out):
     setting = re.compile(
         r"Protocol \S+-start \(ceiling [\d.]+.*\), in hits per 1000 .*; \d+ seeds?.*; \d+.* epochs of 300 decis"
     )
-    captions = {b.key: plain(b.caption) for b in lay_out(study, COMMAND).blocks() if isinstance(b, Table | Figure)}
-    general = {"targets", "yardsticks", "floors", "experiments", "settings", "versions"}
-    assert len(captions) > len(general) + 12
-    assert {key for key, caption in captions.items() if not setting.search(caption)} == general
+    text = (out / "report.md").read_text(encoding="utf-8")
+    captions = re.findall(r"^\*\*(?:Table|Figure) \d+\.\*\* (.*?)\n\n", text, re.DOTALL | re.MULTILINE)
+    assert len(captions) == len(list((out / "csv").iterdir())) > 6 + 12
+    general = ("Every target", "Exact values", "Ceilings of other", "Every experiment", "The default", "Versions and")
+    assert {caption for caption in captions if not setting.search(caption)} == {
+        caption for caption in captions if caption.startswith(general)
+    }
 
 
 def test_the_same_runs_give_the_same_report(tmp_path):

@@ -1,4 +1,4 @@
-"""The page and its twin as files: whole in themselves, escaped, linked, and the same tables in both and in the CSV."""
+"""The report as files: whole in themselves, escaped, linked, and the same tables in Markdown, in HTML and as CSV."""
 
 import csv
 import math
@@ -6,45 +6,33 @@ import re
 from html.parser import HTMLParser
 
 import matplotlib.image
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from markdown_it import MarkdownIt
+from synthetic_out import learning, write_runs
 
-from scla_mj.experiments.report import charts
-from scla_mj.experiments.report.cells import number, shown, write_csv
-from scla_mj.experiments.report.document import (
-    Bullets,
-    Code,
-    Column,
-    Document,
-    Figure,
-    Interval,
-    Listing,
-    Mark,
-    Paragraph,
-    Section,
-    Strong,
-    Table,
-)
-from scla_mj.experiments.report.html import render_html
-from scla_mj.experiments.report.markdown import escape, render_markdown
+from scla_mj.config import RunConfig
+from scla_mj.experiments.catalogue.experiment import Experiment, Target, with_settings
+from scla_mj.experiments.report import charts, write_report
+from scla_mj.experiments.report.render import escape
+from scla_mj.experiments.report.tables import Interval, Table, number, shown, write_csv
+from scla_mj.experiments.statistics import Curve
+from scla_mj.runs import drawing
 
-NASTY = """<script>alert("1")</script> & 'a' | *b* _c_ `d` [e](f) #g"""
-COLUMNS = (Column("what"), Column("much", 2), Column("95 % interval", 1), Column("verdict"))
-ROWS = (
-    (NASTY, 1234.5, Interval(-1.25, 3.0), Mark("reached", "good")),
-    ("b", None, Interval(math.nan, math.nan), Mark("missed", "bad")),
-    ("c", math.inf, None, None),
-)
-
-
-@pytest.fixture(scope="module")
-def document():
-    line = charts.Line(NASTY, *charts.style(0), *(charts.np.arange(3.0),) * 1, charts.Curve(*[charts.np.ones(3)] * 3))
-    chart = charts.curves([line, line], [], y_label=NASTY)
-    table, long = Table("one", NASTY, COLUMNS, ROWS), Table("two", "folded", COLUMNS, ROWS, long=True)
-    figure = Figure("three", ("see ", Code("a<b"), Strong("&")), chart, (Column("x", 0),), ((1,),))
-    other = Figure("four", "again", chart, (Column("x", 0),), ((1,),))
-    blocks = (Paragraph(NASTY), Bullets((NASTY, ("x", Code("y")))), Listing("a && b < c"), table, long, figure, other)
-    return Document(NASTY, NASTY, (Section("first", NASTY, blocks), Section("second", "Second", ())))
+NASTY = """1. <script>alert("1")</script> & 'a' | *b* _c_ `d` [e](f) ![g](h) &lt; \\ # {{ i }}"""
+LINES = f"{NASTY}\n\n# Not a heading\n\n<b>"
+COLUMNS = {"what": None, "much": 2, "95 % interval": 1, "verdict": None}
+SMALL = RunConfig(epochs=2, decisions=60, telemetry="off")
+SCALAR = with_settings(SMALL, protocol="sensed-start", plasticity={"modulation": "scalar"})
+EXPERIMENTS = (
+    Experiment("mine", "paper", NASTY, NASTY, SMALL, (0, 1), None,
+               (Target(LINES, 1, 2, "mean hits per 1000", 0.0), Target("all", 1, 2, "mean hits per 1000", 401.0))),
+    Experiment("scalar", "ablation", NASTY, LINES, SCALAR, (0,), "mine"),
+    *(Experiment(f"large-{n}", "world", f"{n} x {n}", "?", with_settings(SMALL, grid={"cells": (n, n)}), (0,))
+      for n in range(6, 8)),
+)  # fmt: skip
 
 
 class Reader(HTMLParser):
@@ -62,7 +50,7 @@ class Reader(HTMLParser):
         self.handle_startendtag(tag, attrs)
         if tag not in self.VOID:
             self.open.append(tag)
-        if tag == "td":
+        if tag in ("td", "th"):
             self.cells.append("")
 
     def handle_startendtag(self, tag, attrs):
@@ -73,15 +61,29 @@ class Reader(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        if "td" in self.open:
+        if {"td", "th"} & set(self.open):
             self.cells[-1] += data
         if "style" not in self.open:
             self.text.append(data)
 
 
 @pytest.fixture(scope="module")
-def page(document):
-    return render_html(document)
+def out(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pages")
+    for experiment in EXPERIMENTS:
+        write_runs(folder, experiment, learning(1.0))
+    write_report(folder, EXPERIMENTS, command=f"scla-mj {NASTY}")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def text(out):
+    return (out / "report.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(out):
+    return (out / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -95,13 +97,14 @@ def test_the_page_fetches_nothing_and_runs_nothing(page, reader):
         for name, value in attributes.items():
             assert not name.startswith("on"), (tag, name)
             if name in ("src", "href", "xlink:href", "srcset", "data", "action"):
-                assert value.startswith("#"), (tag, name, value)
+                assert value.startswith(("#", "data:image/png;base64,")), (tag, name, value)
     assert not re.search(r"@import|url\((?!#)", page)
 
 
 def test_every_link_of_the_page_has_its_place_and_no_name_is_given_twice(reader):
-    links = {value[1:] for _, attributes in reader.tags for name, value in attributes.items() if "href" in name}
-    assert {"first", "second"} <= links <= set(reader.ids)
+    links = {value[1:] for _, attributes in reader.tags for name, value in attributes.items()
+             if "href" in name and value[0] == "#"}  # fmt: skip
+    assert {"summary", "ablations", "how-this-was-made"} <= links <= set(reader.ids)
     assert len(reader.ids) == len(set(reader.ids))
 
 
@@ -111,32 +114,55 @@ def test_clips_and_markers_of_a_chart_point_into_that_chart(page, reader):
 
 def test_special_characters_are_shown_and_not_obeyed(page, reader):
     assert "<script" not in page
-    assert NASTY in "".join(reader.text)
-    assert reader.cells[0] == NASTY
+    assert sum(tag in ("h1", "h2", "h3") for tag, _ in reader.tags) == 9
+    assert reader.cells.count(NASTY) >= 6
+    assert re.sub("\n+", " ", LINES) in reader.cells
+    assert f"scla-mj {NASTY}" in "".join(reader.text)
+    assert f"Mean weights at the end, {NASTY}: agreeing" in "".join(reader.text)
 
 
-def test_the_page_shows_the_tables_as_the_columns_say(reader):
-    assert reader.cells[1:4] == ["1234.50", "[−1.2, 3.0]", "reached"]
-    assert reader.cells[4:12] == ["b", "–", "–", "missed", "c", "∞", "–", "–"]
+WORDS = st.text(st.characters(exclude_categories=("C", "Z")) | st.sampled_from("\n *_`[]()<>|~#&;!\\{}-+=:."))
 
 
-def test_the_twin_has_the_same_tables_and_links_that_lead_to_figures(document):
-    text = render_markdown(document)
-    rows = [line for line in text.splitlines() if line.startswith("| ")]
-    assert rows[:2] == ["| what | much | 95 % interval | verdict |", "| --- | ---: | ---: | --- |"]
-    assert rows[2] == f"| {escape(NASTY)} | 1234.50 | \\[−1.2, 3.0\\] | reached |"
-    assert len(rows[2].replace("\\|", "").split("|")) == 6
-    assert re.findall(r"\]\((figures/[^)]+)\)", text) == ["figures/three.png", "figures/four.png"]
-    assert "a && b < c" in text
+@given(WORDS)
+def test_any_text_is_shown_by_markdown_as_it_is(words):
+    table = f"| a |\n|---|\n| x{escape(words)}x |"
+    reader = Reader(MarkdownIt("commonmark").enable(["table", "strikethrough"]).render(table))
+    line = re.sub("\n+", " ", words)
+    assert reader.cells == ["a", f"x{line}x"]
+    assert {tag for tag, _ in reader.tags} == {"table", "thead", "tbody", "tr", "th", "td"}
 
 
-def test_markdown_escapes_whatever_it_would_obey():
-    assert escape("a|b *c* <d> `e`") == r"a\|b \*c\* \<d\> \`e\`"
+def test_markdown_page_and_csv_have_the_same_tables(out, text, reader):
+    rows = [line for line in text.splitlines() if line.startswith("| ") and not line.startswith("| ---")]
+    cells = [cell for row in rows for cell in re.split(r"(?<!\\)\|", row)[1:-1]]
+    assert [re.sub(r"\\(.)", r"\1", cell).strip() for cell in cells] == [cell.strip() for cell in reader.cells]
+    tables = sorted((out / "csv").glob("table-*.csv"))
+    assert len(tables) == len(re.findall(r"\*\*Table \d+\.\*\*", text))
+    lengths = []
+    for path in tables:
+        with path.open(newline="", encoding="utf-8") as file:
+            lengths.append(len(list(csv.reader(file))))
+    assert sum(lengths) == len(rows)
+
+
+def test_every_figure_of_the_report_is_a_file_beside_it_with_its_data(out, text):
+    links = re.findall(r"\]\((figures/[^)]+)\)", text)
+    assert len(links) == text.count("**Figure ") > 5
+    for link in links:
+        assert matplotlib.image.imread(out / link).shape[1] == round(drawing.DPI * charts.WIDTH_IN)
+        assert (out / "csv" / f"figure-{link[8:-4]}.csv").is_file()
+
+
+def test_a_verdict_is_coloured_and_a_long_table_folded_away(page):
+    assert '<span class="mark good">reached</span>' in page and '<span class="mark bad">missed</span>' in page
+    assert page.count("<details>") == 1
+    assert "Show all" in page[page.index("The default settings") :]
 
 
 def test_a_csv_holds_the_table_in_full_precision(tmp_path):
-    rows = [("a", 1 / 3, Interval(0.1, 2 / 3), Mark("reached", "good")), ("b", None, None, None)]
-    write_csv(tmp_path / "t.csv", COLUMNS, rows)
+    rows = [("a", 1 / 3, Interval(0.1, 2 / 3), "reached"), ("b", None, None, None)]
+    write_csv(tmp_path / "t.csv", Table("t", COLUMNS, rows))
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
         read = list(csv.reader(file))
     assert read[0] == ["what", "much", "95 % interval low", "95 % interval high", "verdict"]
@@ -154,19 +180,19 @@ def test_numbers_read_as_in_print(value, decimals, text):
 
 
 def test_an_interval_of_one_seed_is_shown_as_absent():
-    assert shown(Interval(math.nan, math.nan), Column("", 2)) == "–"
+    assert shown(Interval(math.nan, math.nan), 2) == shown(None, 2) == "–"
+    assert shown(Interval(-1.25, 3.0), 1) == "[−1.2, 3.0]"
 
 
-def test_a_chart_gives_the_same_bytes_twice_and_a_picture_of_the_pages_width(document, tmp_path):
-    figure = next(block for block in document.blocks() if isinstance(block, Figure))
+def test_a_chart_gives_the_same_bytes_twice(tmp_path):
+    line = charts.Line(NASTY, 0, np.arange(3.0), Curve(*[np.ones(3)] * 3))
+    chart = charts.curves([line, line], [], y_label=NASTY)
     for kind in ("png", "svg"):
         for name in ("a", "b"):
-            charts.save(figure.chart, str(tmp_path / f"{name}.{kind}"), kind=kind, salt="x")
+            drawing.save(chart, tmp_path / f"{name}.{kind}", kind=kind, salt="x")
         assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
-    assert matplotlib.image.imread(tmp_path / "a.png").shape[1] == round(charts.DPI * charts.WIDTH_IN)
 
 
 def test_series_can_be_told_apart_without_colour():
-    assert len({charts.style(index) for index in range(len(charts.SERIES))}) == len(charts.SERIES)
-    assert len(set(charts.SERIES)) == len(charts.SERIES)
+    assert len({*zip(charts.SERIES, map(str, charts.DASHES), strict=True)}) == len(set(charts.SERIES)) == 8
     assert charts.DASHES[0] != charts.DASHES[1] != charts.DASHES[2] != charts.DASHES[3]

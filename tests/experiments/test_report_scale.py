@@ -10,9 +10,10 @@ from synthetic_out import learning, write_runs
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue import CATALOGUE
 from scla_mj.experiments.report import write_report
+from scla_mj.experiments.report.chapters import shared
+from scla_mj.experiments.report.chapters.brains import brains
 from scla_mj.experiments.report.coverage import covered, is_reduced
 from scla_mj.experiments.report.evidence import gather
-from scla_mj.experiments.report.sections import parts
 from scla_mj.experiments.report.verdicts import judge
 
 BY_NAME = {experiment.name: experiment for experiment in CATALOGUE}
@@ -51,7 +52,7 @@ def small(tmp_path_factory):
 
 def test_a_reduced_report_says_so_on_top_and_judges_no_target(small):
     out, text = small
-    top = text[text.index("## Summary") :].splitlines()[2]
+    top = text[text.index("## Summary") :].split("\n\n")[1]
     assert top.startswith("**These are reduced-scale runs**: 1 seed and 2 epochs of 60 decisions, where the catalogue")
     assert "10 seeds and 30 epochs of 1000 decisions" in top and "not judged" in top
     assert {row["verdict"] for row in rows_of(out, "table-targets")} == {"not judged"}
@@ -69,7 +70,7 @@ def test_less_of_anything_is_a_reduced_scale(scale):
 def test_a_reduced_rival_leaves_the_target_open(small):
     out, _ = small
     study = gather(out, [scaled("automaton-any-start")])
-    judged = dataclasses.replace(study.evidence[0].experiment, name="of my own")
+    judged = dataclasses.replace(study.evidence[0].experiment, name="of-my-own")
     mine = dataclasses.replace(study.evidence[0], experiment=judged)
     target = BY_NAME["scla-any-start"].targets[2]._replace(rivals=(), low=0.0)
     assert judge(study, mine, target).reached is True
@@ -92,21 +93,17 @@ def test_runs_shorter_than_the_window_have_no_decisions_to_mastery_and_single_se
 
 
 def test_the_beginnings_axis_starts_at_no_decision(small):
-    from scla_mj.experiments.report.document import Figure
-    from scla_mj.experiments.report.write import lay_out
-
     out, _ = small
-    document = lay_out(gather(out, [scaled("scla-any-start")]), COMMAND)
-    (chart,) = (block.chart for block in document.blocks() if isinstance(block, Figure) and block.key[:5] == "early")
-    low, high = chart.axes[0].get_xlim()
-    assert (low, high) == (0.0, pytest.approx(102.0))
-    assert all(np.ptp(line.get_xdata()) > 0 for line in chart.axes[0].lines[:2])  # the yardsticks are lines
+    ((_, early, _),) = brains(gather(out, [scaled("scla-any-start")]))["protocols"]
+    (axes,) = early.chart.axes
+    assert axes.get_xlim() == (0.0, pytest.approx(102.0))
+    assert all(np.ptp(line.get_xdata()) > 0 for line in axes.lines[:2])  # ceiling and random walk are lines
 
 
 def test_each_protocol_stands_beside_its_own_ceiling(tmp_path):
     both = scaled("scla-sensed-start"), scaled("scla-any-start")
     write(tmp_path, *both)
-    said = parts.setting(*gather(tmp_path, both).evidence)
+    said = shared.setting(*gather(tmp_path, both).evidence)
     assert said.startswith("Protocol sensed-start (ceiling 1000.00) and any-start (ceiling 400.00), in hits per 1000")
 
 
@@ -141,9 +138,3 @@ def test_a_later_report_takes_its_predecessors_files_away_and_no_others(tmp_path
     )
     assert "csv/table-table-5.csv" not in kept and "figures/weights-scla-sensed-start.png" not in kept
     assert not list(tmp_path.glob(".*"))
-
-
-def test_moves_that_go_astray_are_counted_in_ten():
-    questions = {name: BY_NAME[name].question for name in ("noisy-floor-10", "noisy-floor-30")}
-    assert "where one move in ten goes another way" in questions["noisy-floor-10"]
-    assert "where three moves in ten go another way" in questions["noisy-floor-30"]

@@ -78,11 +78,11 @@ COMPARISON: Final = (
         with_settings(FULL, brain="network"), TEN_SEEDS, "random-any-start", (_holds(_BESIDE, 11, 30),),
     ),
     Experiment(
-        "random-any-start", "comparison", "random walk, any-start", "The floor of the scale.",
+        "random-any-start", "comparison", "random walk, any-start", "What does chance earn?",
         with_settings(MEDIUM, brain="random"), TEN_SEEDS, None, (_holds(random_walk("any-start"), 1, WORLD_EPOCHS),),
     ),
     Experiment(
-        "random-sensed-start", "comparison", "random walk, sensed-start", "The floor of the other scale.",
+        "random-sensed-start", "comparison", "random walk, sensed-start", "And from beside the target?",
         with_settings(MEDIUM_SENSED, brain="random"), TEN_SEEDS, None,
         (_holds(random_walk("sensed-start"), 1, WORLD_EPOCHS),),
     ),
@@ -98,11 +98,11 @@ COMPARISON: Final = (
         "scla-any-start",
     ),
     Experiment(
-        "shortest-path-any-start", "comparison", "shortest path, any-start", "The ceiling, driven.",
+        "shortest-path-any-start", "comparison", "shortest path, any-start", "Does the robot reach the ceiling?",
         with_settings(MEDIUM, brain="shortest-path"), FIVE_SEEDS,
     ),
     Experiment(
-        "shortest-path-sensed-start", "comparison", "shortest path, sensed-start", "The other ceiling, driven.",
+        "shortest-path-sensed-start", "comparison", "shortest path, sensed-start", "And the other ceiling?",
         with_settings(MEDIUM_SENSED, brain="shortest-path"), FIVE_SEEDS,
     ),
 )  # fmt: skip

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple
 
 from scla_mj.config import RunConfig
+from scla_mj.errors import SclaError
 
 Group = Literal["paper", "comparison", "world", "ablation"]
 Statistic = Literal["mean hits per 1000", "mean percent of ceiling", "worst seed percent of ceiling", "interval holds"]
@@ -39,7 +41,14 @@ class Target(NamedTuple):
 
 @dataclass(frozen=True)
 class Experiment:
-    """One row of the report; `config.seed` is replaced by each of `seeds`."""
+    """One row of the report; `config.seed` is replaced by each of `seeds`.
+
+    `group` chooses its chapter, `title` and `question` stand there; `baseline` names the experiment that it is tested
+    against. `name` becomes a folder of the runs.
+
+    Raises:
+        SclaError: the name cannot be a folder's, or a seed is named twice.
+    """
 
     name: str
     group: Group
@@ -49,6 +58,18 @@ class Experiment:
     seeds: tuple[int, ...]
     baseline: str | None = None
     targets: tuple[Target, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", self.name):
+            raise SclaError(f"an experiment cannot be named {self.name!r}: use letters, digits, '.', '-' and '_'")
+        if len(set(self.seeds)) < len(self.seeds):
+            raise SclaError(f"{self.name} names a seed twice: {', '.join(map(str, self.seeds))}")
+
+    def at_scale(self, seeds: tuple[int, ...], epochs: int, decisions: int) -> Experiment:
+        """Return the same experiment with other seeds, epochs and decisions per epoch; a jump comes by its end."""
+        task = dataclasses.replace(self.config.task, jump_epoch=min(self.config.task.jump_epoch, epochs))
+        config = dataclasses.replace(self.config, epochs=epochs, decisions=decisions, task=task)
+        return dataclasses.replace(self, config=config, seeds=seeds)
 
 
 def with_settings(config: RunConfig, **settings: Any) -> RunConfig:

@@ -1,4 +1,4 @@
-"""Floors that are harder than the paper's."""
+"""Worlds that are harder than the paper's."""
 
 from __future__ import annotations
 
@@ -18,24 +18,16 @@ from scla_mj.experiments.catalogue.experiment import (
     with_settings,
 )
 
-_COUNTS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-
-
-def _in_ten(probability: float) -> str:
-    """Return how many moves of ten go, in words; the probability is in whole tenths."""
-    count = round(10 * probability)
-    return f"{_COUNTS[count]} move in ten goes" if count == 1 else f"{_COUNTS[count]} moves in ten go"
-
 
 def _noisy(probability: float) -> Experiment:
     return Experiment(
-        f"noisy-floor-{round(100 * probability)}",
+        f"action-noise-{100 * probability:.0f}",
         "world",
-        f"SCLA, non-deterministic floor, p = {probability}",
-        f"Does it learn where {_in_ten(probability)} another way?",
+        f"SCLA, action noise {probability}",
+        f"Does it learn where {100 * probability:.0f} % of the moves go another way?",
         with_settings(MEDIUM, task={"action_noise": probability}),
         TEN_SEEDS,
-        targets=(Target("at least 93 % of that MDP's ceiling", 11, WORLD_EPOCHS, "mean percent of ceiling", 93.0),),
+        targets=(Target("at least 93 % of its ceiling", 11, WORLD_EPOCHS, "mean percent of ceiling", 93.0),),
     )
 
 
@@ -45,7 +37,7 @@ def _held_out(cells: tuple[int, int], target: tuple[int, int], percent: float) -
         f"grid-{width}x{height}-{x}-{y}",
         "world",
         f"SCLA, {width}x{height}, target ({x}, {y})",
-        "Does it learn another floor without a changed setting?",
+        "Does it learn in another arena with unchanged settings?",
         with_settings(FULL, epochs=GRID_EPOCHS, grid={"cells": cells, "target": target}),
         FIVE_SEEDS,
         targets=(
@@ -63,7 +55,7 @@ def _held_out(cells: tuple[int, int], target: tuple[int, int], percent: float) -
 WORLD: Final = (
     Experiment(
         "target-jump", "world", "SCLA, target jumps to (1, 5) at epoch 11",
-        "Does it find a target that has moved, without a hint?",
+        "Does it find a target that has moved, without being told?",
         with_settings(MEDIUM, task={"jump_epoch": JUMP_EPOCH, "jump_target": (1, 5)}), TEN_SEEDS,
         targets=(
             Target("at least 90 % of the new ceiling in epoch 12", 12, 12, "mean percent of ceiling", 90.0),

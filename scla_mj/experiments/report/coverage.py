@@ -60,8 +60,7 @@ def _found(out: Path, full: Experiment) -> Experiment | None:
     held = _held_config(out, full, finished[0])
     if held is None or (held.epochs, held.decisions) == (full.config.epochs, full.config.decisions):
         return full  # a run that is damaged or has other settings is then named as missing
-    config = replace(full.config, epochs=held.epochs, decisions=held.decisions)
-    return replace(full, config=config, seeds=finished)
+    return full.at_scale(finished, held.epochs, held.decisions)
 
 
 def _finished(out: Path, full: Experiment) -> tuple[int, ...]:

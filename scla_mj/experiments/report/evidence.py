@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import PROJECTIONS
+from scla_mj.checked import CheckedConfig, check
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue.experiment import Experiment
 from scla_mj.experiments.report.coverage import is_reduced
+from scla_mj.grid import Grid
 from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
@@ -72,6 +74,16 @@ class Evidence:
     def epochs(self) -> int:
         """Epochs of a run."""
         return self.experiment.config.epochs
+
+    @cached_property
+    def checked(self) -> CheckedConfig:
+        """The configuration with what follows from it."""
+        return check(self.experiment.config)
+
+    @property
+    def last_grid(self) -> Grid:
+        """The grid of the last epoch."""
+        return self.checked.grid(self.epochs)
 
     @property
     def seeds(self) -> tuple[int, ...]:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.experiments.catalogue.experiment import Target
-from scla_mj.experiments.report.document import Interval
 from scla_mj.experiments.report.evidence import Evidence, Study, estimate
+from scla_mj.experiments.report.tables import Interval
 from scla_mj.experiments.statistics import span_means
 
 

@@ -1,90 +1,93 @@
-"""From OUT to the report: read the runs, lay out the chapters, write them down twice, and their data beside them."""
+"""From OUT to the report: read the runs, fill in the template, write it as Markdown and HTML, and the data with it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from scla_mj.errors import SclaError, remedy
+from scla_mj.experiments import paper, statistics
 from scla_mj.experiments.catalogue.experiment import Experiment
-from scla_mj.experiments.report import charts, names
-from scla_mj.experiments.report.cells import write_csv
+from scla_mj.experiments.report.chapters.ablations import ablations
+from scla_mj.experiments.report.chapters.brains import brains, policies
+from scla_mj.experiments.report.chapters.errata import errata
+from scla_mj.experiments.report.chapters.making import making
+from scla_mj.experiments.report.chapters.paper import paper_results
+from scla_mj.experiments.report.chapters.shared import INTERVAL
+from scla_mj.experiments.report.chapters.summary import summary
+from scla_mj.experiments.report.chapters.worlds import worlds
 from scla_mj.experiments.report.coverage import covered
-from scla_mj.experiments.report.document import Document, Figure, Table
-from scla_mj.experiments.report.evidence import Study, gather
-from scla_mj.experiments.report.html import render_html
-from scla_mj.experiments.report.markdown import render_markdown
-from scla_mj.experiments.report.sections.ablations import ablations
-from scla_mj.experiments.report.sections.brains import brains
-from scla_mj.experiments.report.sections.errata import errata
-from scla_mj.experiments.report.sections.making import making
-from scla_mj.experiments.report.sections.paper_results import paper_results
-from scla_mj.experiments.report.sections.policies import policies
-from scla_mj.experiments.report.sections.summary import summary
-from scla_mj.experiments.report.sections.worlds import worlds
+from scla_mj.experiments.report.evidence import BLOCK_DECISIONS, Study, gather
+from scla_mj.experiments.report.render import render_html, render_markdown
+from scla_mj.experiments.report.tables import CSV, FIGURES, Figure, write_csv
+from scla_mj.runs import drawing
 from scla_mj.runs.atomic import replacing
 
-_OF_A_REPORT: Final = re.compile(rf"{names.CSV}/(table|figure)-[\w.-]+\.csv|{names.FIGURES}/[\w.-]+\.png")
+REPORT_HTML: Final = "report.html"
+REPORT_MD: Final = "report.md"
+FILES_TXT: Final = "report-files.txt"
+"""Which files in `csv/` and `figures/` the report made, so that the next one can take them away again."""
+_OF_A_REPORT: Final = re.compile(rf"{CSV}/(table|figure)-[\w.-]+\.csv|{FIGURES}/[\w.-]+\.png")
 
 
-def write_report(out: Path, experiments: Sequence[Experiment], *, command: str) -> Path:
+def write_report(out: Path, experiments: Sequence[Experiment], *, command: str | None = None) -> Path:
     """Write `report.html`, `report.md`, `csv/` and `figures/` into `out` from the runs that lie there; return the page.
 
-    The report covers `experiments` and whatever else of the catalogue has finished runs in `out`. What is missing or
-    unfinished is named in it and left out of its figures. Files of an earlier report that this one does not have are
-    removed, others' files never. The same runs give the same report.
+    The report covers `experiments` and whatever else of the catalogue has finished runs in `out`, and names the
+    `command` that wrote it, if any. What is missing or unfinished is named in it and left out of its figures. Files of
+    an earlier report that this one does not have are removed, others' files never. The same runs give the same report.
 
     Raises:
         SclaError: the folder cannot be written to.
     """
-    document = lay_out(gather(out, covered(out, experiments)), command)
-    own, earlier = _data_files(document), _listed(out)
+    text, tables = render_markdown(contents(gather(out, covered(out, experiments)), command))
+    figures = [table for table in tables if isinstance(table, Figure)]
+    own, earlier = {table.data for table in tables} | {figure.picture for figure in figures}, _listed(out)
     try:
-        for folder in (names.CSV, names.FIGURES):
+        for folder in (CSV, FIGURES):
             (out / folder).mkdir(parents=True, exist_ok=True)
-        _write_text(out / names.FILES_TXT, _lines(own | earlier))  # all of them: a stop from here on loses none
-        _write_data(out, document)
-        _write_text(out / names.REPORT_MD, render_markdown(document))
-        _write_text(out / names.REPORT_HTML, render_html(document))
+        _write(out / FILES_TXT, _lines(own | earlier))  # all of them: a stop from here on loses none
+        for table in tables:
+            write_csv(out / table.data, table)
+        for figure in figures:
+            drawing.save(figure.chart, out / figure.picture)
+        _write(out / REPORT_MD, text)
+        _write(out / REPORT_HTML, render_html(text, figures))
         for link in earlier - own:
             (out / link).unlink(missing_ok=True)
-        _write_text(out / names.FILES_TXT, _lines(own))
+        _write(out / FILES_TXT, _lines(own))
     except OSError as error:
         raise SclaError(f"cannot write the report: {error}; {remedy(error, folder='OUT')}") from error
-    return out / names.REPORT_HTML
+    return out / REPORT_HTML
 
 
-def lay_out(study: Study, command: str) -> Document:
-    """Return the report as a document."""
-    sections = (
-        summary(study),
-        paper_results(study),
-        brains(study),
-        policies(study),
-        worlds(study),
-        ablations(study),
-        errata(),
-        making(study, command),
-    )
-    lead = (
-        "Spiking-based cellular learning automata on a robot that drives: the paper's experiment, its bounds, its "
-        "rivals, harder worlds, and what each part is worth. Every figure is computed from the runs beside this page."
-    )
-    return Document("SCLA, embodied: the experiment", lead, sections)
-
-
-def _data_files(document: Document) -> set[str]:
-    """Return the files of a report's tables and figures, from OUT."""
-    shown = [block for block in document.blocks() if isinstance(block, Table | Figure)]
-    figures = {names.figure_link(block.key) for block in shown if isinstance(block, Figure)}
-    return figures | {names.csv_link(type(block).__name__, block.key) for block in shown}
+def contents(study: Study, command: str | None) -> dict[str, Any]:
+    """Return everything that the template `report.md.j2` prints, by name."""
+    return {
+        "command": command,
+        "interval": INTERVAL,
+        "block": BLOCK_DECISIONS,
+        "window": statistics.WINDOW_DECISIONS,
+        "mastery": f"{100 * statistics.MASTERY:.0f} %",
+        "resamples": statistics.BOOTSTRAP_RESAMPLES,
+        "permutations": statistics.PERMUTATIONS,
+        "printed": paper,
+        "summary": summary(study),
+        "paper": paper_results(study),
+        "brains": brains(study),
+        "policies": policies(study),
+        "worlds": worlds(study),
+        "ablations": ablations(study),
+        "errata": errata(),
+        "making": making(study),
+    }
 
 
 def _listed(out: Path) -> set[str]:
     """Return the data files that an earlier report listed as its own; a line that leads elsewhere is none."""
-    path = out / names.FILES_TXT
+    path = out / FILES_TXT
     try:
         lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
     except (OSError, UnicodeDecodeError):
@@ -96,14 +99,6 @@ def _lines(links: set[str]) -> str:
     return "".join(f"{link}\n" for link in sorted(links))
 
 
-def _write_text(path: Path, text: str) -> None:
+def _write(path: Path, text: str) -> None:
     with replacing(path) as scratch:
         scratch.write_text(text, encoding="utf-8")
-
-
-def _write_data(out: Path, document: Document) -> None:
-    for block in document.blocks():
-        if isinstance(block, Table | Figure):
-            write_csv(out / names.csv_link(type(block).__name__, block.key), block.columns, block.rows)
-        if isinstance(block, Figure):
-            charts.save(block.chart, str(out / names.figure_link(block.key)), kind="png", salt=block.key)

@@ -1,0 +1,62 @@
+"""What the paper's figures can and cannot mean: arithmetic on its own numbers, done here and not quoted."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from scla_mj.experiments import exact, paper
+from scla_mj.experiments.report.tables import Row, Table
+from scla_mj.grid import PROTOCOLS
+
+_OTHER_ARENAS: Final = (((5, 5), (1, 1)), ((5, 5), (5, 2)), ((7, 7), (4, 4)))
+
+
+def errata() -> dict[str, Any]:
+    """Return the arithmetic; it needs no run."""
+    any_start, sensed = (exact.paper_grid().ceiling_hits_per_1000(protocol) for protocol in PROTOCOLS)
+    rows = np.array(paper.TABLE_5, dtype=np.float64)
+    distances = list(exact.paper_grid().distances.values())
+    a, b, c = paper.RECOVERY_RATE, paper.RECOVERY_SENSITIVITY, paper.RESET_MV
+    beside = exact.beside_the_target()
+    return {
+        "any_start": any_start,
+        "shortest_moves": 1000 / any_start,
+        "printed_moves": 1000 / paper.SCLA_HITS,
+        "sensed": sensed,
+        "printed_percent": 100 * paper.SCLA_HITS / sensed,
+        "beside": beside,
+        "beside_moves": 1000 / beside,
+        "rows": {"count": len(rows), "mean": rows.mean(), "least": rows.min(), "most": rows.max(),
+                 "deviation": rows.std(ddof=1), "error": rows.std(ddof=1) / np.sqrt(len(rows))},
+        "further": sum(distance > paper.MOST_STEPS for distance in distances),
+        "starts": len(distances) - 1,
+        "furthest": max(distances),
+        "growth": a * (b * c - c),
+        "rest": b * c,
+        "policies": _policies(),
+        "arenas": _arenas(),
+    }  # fmt: skip
+
+
+def _policies() -> Table:
+    columns = {"policy": None, "protocol": None, "hits per 1000": 2, "moves per hit": 2, "% of ceiling": 2}
+    rows: list[Row] = []
+    for protocol in PROTOCOLS:
+        ceiling = exact.paper_grid().ceiling_hits_per_1000(protocol)
+        earned = [("shortest path (the ceiling)", ceiling), ("random walk, a bump stays", exact.random_walk(protocol))]
+        if protocol == "any-start":
+            earned.append(("perfect beside the target, random elsewhere", exact.beside_the_target()))
+        rows += [(name, protocol, hits, 1000 / hits, 100 * hits / ceiling) for name, hits in earned]
+    return Table("policies", columns, rows)
+
+
+def _arenas() -> Table:
+    columns = {"arena": None, "target": None, **{f"ceiling, {protocol}": 2 for protocol in PROTOCOLS}}
+    rows: list[Row] = []
+    for cells, target in ((paper.CELLS, paper.TARGET), *_OTHER_ARENAS):
+        grid = exact.grid_of(cells, target)
+        ceilings = (grid.ceiling_hits_per_1000(protocol) for protocol in PROTOCOLS)
+        rows.append((f"{cells[0]} x {cells[1]}", str(target), *ceilings))
+    return Table("arenas", columns, rows)
