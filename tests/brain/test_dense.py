@@ -51,7 +51,7 @@ def test_it_draws_the_noise_and_fires_the_spikes_of_the_compiled_network(step_ms
     np.testing.assert_allclose(dense.weights, compiled.weights, rtol=0, atol=1e-12)
 
 
-def test_a_restored_dense_network_goes_on_bit_identically():
+def test_a_restored_dense_network_continues_bit_identically():
     drive = np.full(1000, 6.0)
     dense, other = DenseNetwork(seed=1), DenseNetwork(seed=2)
     dense.release_dopamine(np.full(8, 0.5), delay_steps=60)

@@ -37,7 +37,7 @@ def test_what_no_network_can_take_is_refused_in_a_sentence(ask, sentence):
         ask(build())
 
 
-def test_a_window_that_goes_on_counts_all_of_it_and_hands_out_copies():
+def test_an_extended_window_counts_all_of_it_and_hands_out_copies():
     drive = np.zeros(1000)
     drive[:100] = 8.0
     whole, parts = build(NetworkConfig()), build(NetworkConfig())
