@@ -39,15 +39,16 @@ def cached_njit(
     NUMBA_CACHE_DIR says. Where none of them can be written it would refuse the function; this compiles it in every
     process instead, some seconds each time.
 
-    It looks at the date of the function's own file alone, and would go on with old code of what the function calls:
-    `sources` are the modules that hold it, and their digest becomes part of the name that the code is kept under.
+    numba checks the date of the function's own file alone: it would run old code of what the function calls, and cannot
+    read a cache that names a type which is gone. So the digest of that file, and of `sources`, the modules of what it
+    calls, becomes part of the name under which the code is kept.
     """
 
     settings = options if makes_arrays else _BORROWING | options
 
     def decorate(function: Callable[..., Any]) -> Any:
-        if sources:
-            function.__qualname__ += f"-{_digest(sources)}"
+        files = [function.__code__.co_filename, *(str(module.__file__) for module in sources)]
+        function.__qualname__ += f"-{_digest(files)}"
         try:
             return njit(cache=True, **settings)(function)
         except RuntimeError:  # "cannot cache function ...: no locator available"
@@ -56,6 +57,6 @@ def cached_njit(
     return decorate
 
 
-def _digest(modules: tuple[ModuleType, ...]) -> str:
-    texts = (Path(str(module.__file__)).read_bytes() for module in modules)
+def _digest(files: list[str]) -> str:
+    texts = (Path(file).read_bytes() for file in files)
     return hashlib.sha256(b"".join(texts)).hexdigest()[:16]

@@ -1,6 +1,7 @@
 """Compiled code is kept where it can be, and a machine where nothing is writable compiles it anew."""
 
 import importlib.util
+import sys
 
 import pytest
 
@@ -13,11 +14,11 @@ def double(x):
 """
 
 
-def load(folder):
-    file = folder / "source.py"
-    file.write_text(SOURCE)
-    spec = importlib.util.spec_from_file_location("source", file)
-    module = importlib.util.module_from_spec(spec)
+def load(folder, text=SOURCE, name="source"):
+    file = folder / f"{name}.py"
+    file.write_text(text)
+    spec = importlib.util.spec_from_file_location(name, file)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
@@ -41,3 +42,11 @@ def test_a_function_runs_where_no_cache_can_be_kept(tmp_path, nowhere):
 def test_compiled_code_is_kept_beside_the_source(tmp_path, nowhere):
     assert load(tmp_path).double(21) == 42
     assert len(list((tmp_path / "__pycache__").glob("source.double*.nbi"))) == 1
+
+
+def test_a_cache_that_names_a_type_which_is_gone_is_compiled_anew(tmp_path):
+    text = SOURCE.replace("@cached", "from typing import NamedTuple\nclass Old(NamedTuple):\n    y: float\n\n@cached")
+    text = text.replace("2 * x", "2 * x.y")
+    for kind in ("Old", "Newer"):
+        module = load(tmp_path, text.replace("Old", kind), name="renamed")
+        assert module.double(getattr(module, kind)(21.0)) == 42.0

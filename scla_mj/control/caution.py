@@ -1,4 +1,4 @@
-"""On slippery ground: how a robot notices that it slips, and how it drives from then on."""
+"""Slippery ground: how slip is detected, and how the robot drives after that."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from scla_mj.control.motion import Gains, Motion, State
 
 _SLIP_M_S: Final = 0.10
 _SLIP_RAD_S: Final = 0.7
-"""A body that is off its commanded speed by this, and what two periods' acceleration adds, is not doing as its wheels
-do. Undisturbed it stays within half of that."""
+"""Slip is detected when the body's speed differs from the commanded one by more than this plus the change over two
+periods. Unperturbed, the difference stays below half of that."""
 _CAREFUL_SPEED_M_S: Final = 0.15
 CAREFUL_SHARE: Final = 0.3
-"""After that it drives with this share of its accelerations, half of its speeds and gains, and wider tolerances."""
+"""After slip it drives with this share of its accelerations, lower speeds and wider tolerances."""
 
 
 @leaf_njit(inline="always")
 def roll_along(state: State, motion: Motion, careful: bool) -> State:
-    """Command the speeds that the body has, so that the wheels pass no force on to it."""
+    """Command the speeds that the body has, so that the wheels exert no force on it."""
     along = state.direction * motion.speed_m_s
     return State(state.phase, state.course_rad, state.direction, state.aims, along, motion.turn_rate_rad_s, careful)
 
 
 @leaf_njit(inline="always")
 def slips(state: State, motion: Motion, gains: Gains) -> bool:
-    """Tell whether the body does not do as the wheels were told."""
+    """Return whether the body does not move as the wheels were commanded."""
     off = abs(motion.speed_m_s - state.direction * state.speed_m_s)
     off_turn = abs(motion.turn_rate_rad_s - state.turn_rate_rad_s)
     return (

@@ -1,4 +1,4 @@
-"""What a move is made of: what the controller is told, what it is to do, what it remembers, and its gains."""
+"""The controller's data: its input, its goal, its state and its gains."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from scla_mj.config import ControllerConfig
 
 DRIVING: Final = 0
-"""The move goes on."""
+"""The move is not over."""
 ARRIVED: Final = 1
 """The robot stands at the target's centre, or has used up its aims on the way there."""
 RETURNED: Final = 2
@@ -32,11 +32,11 @@ _ALIGNED_RAD: Final = 0.25
 """It drives only while it faces its course this closely; the rest of the turn overlaps with the start of the drive."""
 _APPROACH_PER_S: Final = 40.0
 _APPROACH_PER_PERIOD: Final = 0.4
-"""Gain of the last approach: 40 a second, or 0.4 of the error a period where periods are long (stability)."""
+"""Gain of the last approach: 40 per second, or 0.4 of the error per period where periods are long (stability)."""
 
 
 class Motion(NamedTuple):
-    """What the controller is told each period: pose, body speeds, which bumpers touched since the last (FRONT, REAR,
+    """The controller's input in each period: pose, body speeds, which bumpers touched since the last (FRONT, REAR,
     both or 0), and the cosine of its lean."""
 
     x_m: float

@@ -18,7 +18,7 @@ def braking_speed(distance: float, top: float, deceleration: float, rate_per_s: 
     """Return the signed speed from which a constant deceleration ends at the target, softened near it.
 
     Far away this is sqrt(2 deceleration distance); near zero it tends to rate distance, so that the approach is smooth.
-    Distance in m or rad, speed in the same unit a second.
+    Distance in m or rad, speed in the same unit per second.
     """
     knee = deceleration / rate_per_s
     speed = math.sqrt(2.0 * deceleration * abs(distance) + knee * knee) - knee

@@ -1,4 +1,5 @@
-"""A floor on which the robot does not always go where it means to (the paper's non-deterministic environment)."""
+"""Action noise: the executed direction differs at random from the chosen one (the paper's non-deterministic
+environment)."""
 
 from __future__ import annotations
 
@@ -10,14 +11,14 @@ from scla_mj.grid import Action
 
 
 class ActionNoise:
-    """With a given probability the executed direction is one of the three others, each as likely."""
+    """With a given probability the executed direction is one of the three others, with equal chances."""
 
     def __init__(self, probability: float, *, rng: np.random.Generator) -> None:
         self._probability = probability
         self._rng = rng
 
     def execute(self, action: Action) -> Action:
-        """Return the direction that the body is sent in."""
+        """Return the direction to execute."""
         if self._probability == 0.0 or self._rng.random() >= self._probability:
             return action
         others = [other for other in Action if other != action]
@@ -28,5 +29,5 @@ class ActionNoise:
         return {"rng": self._rng.bit_generator.state}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Resume from a `state`."""
         self._rng.bit_generator.state = state["rng"]

@@ -30,15 +30,16 @@ if TYPE_CHECKING:
 
 
 class Driver:
-    """Drives the world's robot, and keeps the run's time as a count of control periods that no spawn sets back.
+    """Drives the world's robot, and keeps the run's time as a count of control periods that spawns do not reset.
 
-    `perturbation` comes between the controller and the wheels; `odometer` is what the controller steers by, or None for
-    the truth, and `look` corrects that from where the robot stands and returns the correction in metres;
-    `before_first_drive` is called once, such as to wait for code that another process compiles.
+    Args:
+        perturbation: what perturbs the drives, None for nothing.
+        odometer: what the controller steers by, None for the truth.
+        look: corrects the odometer's estimate where the robot stands, and returns the correction in metres.
+        before_first_drive: called once, for example to wait for code that another process compiles.
 
     Attributes:
-        careful: whether it drives as on slippery ground: so it does once a look has found it where its wheels did not
-            take it. Who puts the robot down elsewhere sets it back.
+        careful: whether it drives as on slippery ground: from a large correction by `look` to the next spawn.
     """
 
     def __init__(
@@ -90,19 +91,19 @@ class Driver:
         return self.periods * self._clock.control_period_s
 
     def hold(self, controls: int) -> None:
-        """Let the robot stand for some control periods, its wheels commanded to rest, while the physics goes on."""
+        """Run control periods with the wheels commanded to rest."""
         self._run(Goal(0.0, 0.0, 0.0, 0.0), 0, standing=controls)
 
     def drive(self, action: Action, start_cell: Cell, *, standing: int = 0, observe: bool = True) -> Move:
-        """Carry out one action from a cell, to the end: the next cell, back from a wall, or a failure.
+        """Carry out one action from a cell to its end: the next cell, back from a wall, or a failure.
 
-        Before it the robot stands for `standing` control periods, as in `hold`. The move's trajectory opens with them,
-        and with those of `hold` since the last move; it is left empty if nobody is to `observe` it.
+        The robot first stands for `standing` control periods, as in `hold`. The trajectory starts with these and with
+        the periods of `hold` since the last move; without `observe` it is empty.
         """
         grid = self._world.grid
         beyond = start_cell.after(action)
         goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(beyond))
-        if self._odometer is not None:  # where it stands is to be known before it starts
+        if self._odometer is not None:  # it must know where it stands before it starts
             self.hold(standing)
             standing = 0
         before = start_cell if self._odometer is None else self._true_cell(start_cell)
@@ -125,18 +126,18 @@ class Driver:
         self.periods, self.careful, self._filled = 0, False, 0
 
     def state(self) -> dict[str, Any]:
-        """Return the run's time, and the rows that no move has taken yet."""
+        """Return the run's time, and the trajectory rows that belong to no move yet."""
         return {"periods": self.periods, "careful": self.careful, "rows": self._rows[: self._filled].copy()}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`; the robot itself is the world's."""
+        """Resume from a `state`; the world restores the robot itself."""
         self.periods, self.careful, self._filled = state["periods"], state["careful"], 0
         self._reserve(len(state["rows"]))
         self._filled = len(state["rows"])
         self._rows[: self._filled] = state["rows"]
 
     def _run(self, goal: Goal, limit: int, *, standing: int = 0) -> tuple[int, int]:
-        """Stand, then drive for at most `limit` control periods; return those that it drove, and how that ended."""
+        """Stand, then drive for at most `limit` control periods; return how many it drove, and the status."""
         self._reserve(standing + limit)
         if self._before_first_drive is not None:
             self._before_first_drive()
@@ -161,13 +162,13 @@ class Driver:
     def _look_and_come_closer(
         self, odometer: Odometer, look: Callable[[], float], goal: Goal, periods: int, status: int
     ) -> tuple[int, int]:
-        """Look where the drive has led, and drive on as long as that is not where it was to end.
+        """Correct the estimate, and drive again as long as the robot is not where the drive should have ended.
 
         Returns:
             The periods of the whole move, and the status of its first drive, unless the robot fell on a later one.
         """
         self.careful |= look() > self._gains.reaim_distance_m
-        if status == DRIVING:  # half of the time is up: whatever held it, it tries again from where it now knows to be
+        if status == DRIVING:  # half of the time is up: it tries again from its corrected place
             more, status = self._run(goal, self._timeout_periods - periods)
             periods += more
             if status == FAULT:
@@ -193,14 +194,14 @@ class Driver:
         return self._world.grid.cell_at(pose.x_m, pose.y_m) if pose.can_drive() else believed
 
     def _standing(self) -> Pose | None:
-        """Return where the robot has ended up, or None for one that cannot go on: it lies, or has no place in mind."""
+        """Return where the robot is, or None if it cannot continue: it has fallen, or its estimate is not finite."""
         x_m, y_m, heading_rad, upright, finite = self._ending.tolist()
         pose = Pose(x_m, y_m, heading_rad, upright)
         lost = self._odometer is not None and not np.isfinite(self._odometer.estimate).all()
         return pose if finite and pose.can_drive() and not lost else None
 
     def _judge(self, start: Cell, beyond: Cell, status: int, pose: Pose) -> tuple[Cell, Outcome, float, float]:
-        """Say from the physical pose alone where the move has ended, how, and how far off the cell's centre it is."""
+        """Return, from the true pose alone, the cell, the outcome, and the distance and angle off the cell's centre."""
         grid = self._world.grid
         after = grid.cell_at(pose.x_m, pose.y_m)
         outcome = Outcome.FAILED
@@ -214,7 +215,7 @@ class Driver:
         return after, outcome, off_m, pose.heading_rad - quarter_turns * math.pi / 2
 
     def _reserve(self, periods: int) -> None:
-        """Make room for more rows (only a long series of holds needs it)."""
+        """Make room for more rows; only a long series of holds needs it."""
         short = self._filled + periods - len(self._rows)
         if short > 0:
             self._rows = np.vstack([self._rows, np.empty((short, self._rows.shape[1]))])

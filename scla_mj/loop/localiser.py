@@ -1,4 +1,4 @@
-"""Where the robot believes to be: the simulator's truth, dead reckoning, or dead reckoning put right by range rays."""
+"""The pose that the robot believes in: the true one, dead reckoning, or dead reckoning corrected by range rays."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Localiser:
     """Keeps the believed pose of the world's robot.
 
     Attributes:
-        odometer: what the compiled loop advances every control period and steers by; None for the truth.
+        odometer: what the compiled loop advances in every control period and steers by; None for the truth.
     """
 
     def __init__(self, kind: Localisation, world: World, *, control_period_s: float, rng: np.random.Generator) -> None:
@@ -35,28 +35,28 @@ class Localiser:
             self.odometer = make_odometer(rolling_radius_m=rolling_radius_m, period_s=control_period_s, rng=rng)
 
     def position_m(self) -> tuple[float, float]:
-        """Return where the robot believes to be, x and y on the floor."""
+        """Return the believed position, x and y."""
         if self.odometer is not None:
             return float(self.odometer.estimate[0]), float(self.odometer.estimate[1])
         pose = self._world.pose()
         return pose.x_m, pose.y_m
 
     def power_on(self) -> None:
-        """Switch the sensors on anew: the gyro's bias is drawn then."""
+        """Switch the sensors on: this draws the gyro's bias."""
         if self.odometer is not None:
             self.odometer.gyro_bias_rad_s[:] = draw_gyro_bias_rad_s(self._rng)
 
-    def told(self) -> None:
-        """Let the robot know its pose: whoever puts it down somewhere says where."""
+    def set_to_truth(self) -> None:
+        """Set the believed pose to the true one: a robot is told where it is spawned."""
         if self.odometer is not None:
             pose = self._world.pose()
             place(self.odometer, pose.x_m, pose.y_m, pose.heading_rad, self._world.wheel_angles_rad())
 
     def look(self) -> float:
-        """Put the believed pose right by what the range rays see from here, where the robot has any.
+        """Correct the believed pose by the range rays, if the robot has them.
 
         Returns:
-            By how far the believed place was moved, in metres.
+            By how far this moved the believed position, in metres.
         """
         if self.odometer is None or self._map is None:
             return 0.0
@@ -68,7 +68,7 @@ class Localiser:
         return float(np.hypot(*(pose - before)[:2]))
 
     def error(self) -> Localised | None:
-        """Return how far the belief is from the truth; None where the truth is told."""
+        """Return the error of the believed position; None where the robot knows the truth."""
         if self.odometer is None:
             return None
         grid, pose, (x_m, y_m) = self._world.grid, self._world.pose(), self.position_m()
@@ -84,7 +84,7 @@ class Localiser:
         return state
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`, to the bit."""
+        """Resume from a `state`, bit-identically."""
         self._rng.bit_generator.state = state["rng"]
         if self.odometer is not None:
             for name in ("estimate", "counts", "gyro_bias_rad_s"):

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scla_mj.world.perturbation import Perturbation
 
 FAULT: Final = 3
-"""Beside the controller's own outcomes: the robot fell, or its state or a command was not finite."""
+"""In addition to the controller's outcomes: the robot fell, or its state or a command was not finite."""
 
 
 def _mujoco_library() -> str:
@@ -86,14 +86,14 @@ def _sense_motion(body: Body, touched: int) -> Motion:
 
 @leaf_njit(inline="always")
 def _believed_motion(odometer: Odometer, true: Motion) -> Motion:
-    """What the robot's own sensors make of its pose and speeds; touch and lean are felt as they are."""
+    """Pose and speeds as the odometer estimates them; touch and lean are the true ones."""
     estimate = odometer.estimate
     return Motion(estimate[0], estimate[1], estimate[2], estimate[3], estimate[4], true.touched, true.upright)
 
 
 @leaf_njit(inline="always")
 def _touch_of(body: Body) -> int:
-    """Which bumpers touch after the latest step, as `Motion.touched` has them."""
+    """Return which bumpers touch after the latest step, as bits of `Motion.touched`."""
     at, force = body.at, body.sensordata
     return (FRONT if force[at.front_touch] > 0.0 else 0) | (REAR if force[at.rear_touch] > 0.0 else 0)
 
@@ -138,8 +138,8 @@ def _write_ending(body: Body) -> None:
 
 
 def robot_of(body: Body, gains: Gains) -> tuple[Any, ...]:
-    """Return the robot array by array, its whole numbers as one array and its gains as one: numba takes tuples, and
-    numbers one by one, more slowly."""
+    """Return the robot as arrays, its integers in one and its gains in another: numba unpacks tuples and single numbers
+    more slowly."""
     numbers = np.array([body.model_address, body.data_address, body.steps_per_period, *body.at], np.int64)
     return body.qpos, body.qvel, body.ctrl, body.sensordata, body.ending, numbers, np.array(gains, np.float64)
 
@@ -157,7 +157,7 @@ def _drive(
     rows: NDArray[np.float64],
     elapsed: int,
 ) -> tuple[int, int]:
-    """What `run_periods` says, but for the ending."""
+    """Run the control periods of `run_periods`."""
     state, touched, step_s = STAND_STILL, 0, gains.period_s / body.steps_per_period
     for period in range(standing + limit):
         if period == standing:
@@ -197,21 +197,20 @@ def run_periods(
     elapsed: int,
     *robot: Any,
 ) -> tuple[int, int]:
-    """Run control periods: those of standing still, then those of a move until it ends or `limit` have passed.
+    """Run control periods: first standing still, then driving until the move ends or `limit` periods have passed.
 
     Args:
-        standing, limit: control periods.
-        careful: whether the robot has slipped before.
+        standing, limit: control periods of standing still, and the most of driving.
+        careful: whether the robot drives as on slippery ground.
         start_x_m, start_y_m, target_x_m, target_y_m: the move's `Goal`.
-        perturbation, odometer: what comes between the command and the wheels, and what the robot steers by instead of
-            the truth, or None; numba then compiles a loop without.
-        rows, filled: the trajectory, of which one row is written for every period that was run, behind those filled.
+        perturbation, odometer: what perturbs the drive, and what the robot steers by instead of the truth; for None
+            numba compiles a loop without it.
+        rows, filled: the trajectory, to which one row per period is written after the `filled` ones.
         elapsed: control periods since the run's start.
         robot: what `robot_of` returns.
 
     Returns:
-        The periods that were run, and ARRIVED, RETURNED, FAULT, or DRIVING where the limit ended them; `ending` says
-        where the robot is then.
+        The number of periods, and ARRIVED, RETURNED, FAULT, or DRIVING if the limit was reached; `ending` is filled.
     """
     qpos, qvel, ctrl, sensordata, ending, whole, real = robot
     at, gains = Addresses(*to_fixed_tuple(whole[3:], _ADDRESSES)), Gains(*to_fixed_tuple(real, _GAINS))

@@ -129,7 +129,7 @@ class Task:
         heading_rad = _QUARTER_TURN_RAD * int(self._spawn.integers(4))
         self._randomisation.renew()
         self.world.spawn(cell, heading_rad, derive=False)
-        self._localiser.told()
+        self._localiser.set_to_truth()
         self._driver.careful = False
         self._failures = 0
         self._percept = self._sense(cell)

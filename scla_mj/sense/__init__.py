@@ -1,1 +1,1 @@
-"""Sense: from the robot's pose to what a brain is told."""
+"""Sense: from the robot's pose to a percept."""

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ENCODER_COUNTS: Final = 4096
-"""Counts a turn of the wheel's encoder (AS5601, in the robot's XL330-M077-T motors; ROBOTIS e-Manual)."""
+"""Counts per turn of the wheel's encoder (AS5601, in the robot's XL330-M077-T motors; ROBOTIS e-Manual)."""
 GYRO_NOISE_DEG_SQRT_S: Final = 0.01
-"""Angle random walk: 0.01 deg/s a root hertz (rate noise density of the MPU-9250, the gyro on a TurtleBot3's board)."""
+"""Angle random walk: 0.01 deg/s per root hertz (rate noise density of the MPU-9250, gyro of the TurtleBot3's board)."""
 GYRO_BIAS_DEG_S: Final = 0.1
 """Standard deviation of what is left of the gyro's bias once a mean at rest is taken off: the MPU-9250 drifts by
 30 deg/s over 125 kelvin, so half a kelvin of warming later it is off by this much."""

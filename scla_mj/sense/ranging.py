@@ -1,4 +1,4 @@
-"""Where am I? Eight ranges to the walls against the known map: a pose correction by least squares."""
+"""Pose correction by least squares: eight ranges to the walls against the known map."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ RAYS: Final = 8
 RANGE_NOISE_M: Final = 0.010
 """Standard deviation of one range: a time-of-flight sensor such as the VL53L1X is good to +-20 mm, two of these."""
 MAX_RANGE_M: Final = 4.0
-"""What is further away gives no echo (VL53L1X: up to 4 m)."""
+"""Beyond this distance there is no echo (VL53L1X: up to 4 m)."""
 
 _POSITION_PRIOR_M: Final = 0.05
 _HEADING_PRIOR_RAD: Final = 0.01
-"""What one move's odometry is trusted to: slipping tyres cost some centimetres; a gyro keeps the heading all the same,
-to a tenth of a degree a move, and five times that leaves room for what the last correction was off."""
+"""Standard deviations of one move's odometry: slipping tyres cost some centimetres; a gyro still keeps the heading to a
+tenth of a degree per move, and five times that leaves room for the error of the last correction."""
 _OUTLIER_M: Final = 0.05
-"""A range that is further than this from what the map says counts for less and less: it may have met another wall."""
+"""Errors above this lose weight: the ray may have met another wall."""
 _LOST_M: Final = 3 * RANGE_NOISE_M
-"""Where the ranges miss the map by more than this on average, the robot is not near the place it believes to be."""
+"""Where the ranges miss the map by more than this on average, the robot is not near its believed position."""
 _SEARCH_STEPS: Final = 4
 _SEARCH_STEP_M: Final = 0.1
-"""It then looks around for a better place, on a lattice of 0.4 m about it: as far as a move can lead astray."""
+"""It then searches a lattice of 0.4 m around that: as far as a move can lead astray."""
 _ITERATIONS: Final = 5
-"""Gauss-Newton converges within three; two more for ranges that jump from one wall to the next."""
+"""Gauss-Newton converges within three iterations; two more are for ranges that jump from one wall to the next."""
 
 
-class FloorMap(NamedTuple):
-    """The walls as the robot knows them: the floor's half extents, and the closed cells, shape (count, 2), by their
-    centres, with half their edge."""
+class ArenaMap(NamedTuple):
+    """The known walls: the arena's half extents, and the centres of the closed cells, shape (count, 2),
+    with half of their edge."""
 
     half_x_m: float
     half_y_m: float
@@ -47,11 +47,11 @@ class FloorMap(NamedTuple):
     half_cell_m: float
 
 
-def make_map(grid: Grid) -> FloorMap:
-    """Return the map of a floor."""
+def make_map(grid: Grid) -> ArenaMap:
+    """Return the map of an arena."""
     closed = np.array([grid.centre_m(cell) for cell in sorted(grid.closed)], dtype=float).reshape(-1, 2)
     half = grid.cell_size_m / 2
-    return FloorMap(grid.cells[0] * half, grid.cells[1] * half, closed, half)
+    return ArenaMap(grid.cells[0] * half, grid.cells[1] * half, closed, half)
 
 
 def ray_angles() -> NDArray[np.float64]:
@@ -60,23 +60,23 @@ def ray_angles() -> NDArray[np.float64]:
 
 
 @cached_njit(makes_arrays=True)
-def expected_range(floor: FloorMap, x_m: float, y_m: float, angle_rad: float) -> tuple[float, float, float]:
-    """Return how far a ray goes from a point inside the walls, and the normal of the wall it meets, facing the robot.
+def expected_range(arena: ArenaMap, x_m: float, y_m: float, angle_rad: float) -> tuple[float, float, float]:
+    """Return a ray's distance to a wall from a point inside the walls, and that wall's normal, facing the robot.
 
-    The range is infinite, and the normal zero, where nothing is met: from a point beyond the walls, outwards.
+    If the ray meets nothing, from a point beyond the walls outwards, the distance is infinite and the normal zero.
     """
     dx, dy = math.cos(angle_rad), math.sin(angle_rad)
     best, normal_x, normal_y = math.inf, 0.0, 0.0
     if dx != 0.0:
-        along = (math.copysign(floor.half_x_m, dx) - x_m) / dx
+        along = (math.copysign(arena.half_x_m, dx) - x_m) / dx
         if 0.0 < along < best:
             best, normal_x, normal_y = along, -math.copysign(1.0, dx), 0.0
     if dy != 0.0:
-        along = (math.copysign(floor.half_y_m, dy) - y_m) / dy
+        along = (math.copysign(arena.half_y_m, dy) - y_m) / dy
         if 0.0 < along < best:
             best, normal_x, normal_y = along, 0.0, -math.copysign(1.0, dy)
-    for i in range(len(floor.closed_m)):
-        entry, across_x = _box_entry(floor.closed_m[i, 0] - x_m, floor.closed_m[i, 1] - y_m, floor.half_cell_m, dx, dy)
+    for i in range(len(arena.closed_m)):
+        entry, across_x = _box_entry(arena.closed_m[i, 0] - x_m, arena.closed_m[i, 1] - y_m, arena.half_cell_m, dx, dy)
         if 0.0 < entry < best:
             best = entry
             normal_x = -math.copysign(1.0, dx) if across_x else 0.0
@@ -86,7 +86,7 @@ def expected_range(floor: FloorMap, x_m: float, y_m: float, angle_rad: float) ->
 
 @njit(inline="always")
 def _box_entry(to_x: float, to_y: float, half: float, dx: float, dy: float) -> tuple[float, bool]:
-    """Return where a ray enters a box (infinite if it misses), and whether through a face across x."""
+    """Return where a ray enters a box, infinite if it misses, and whether through a face across x."""
     near_x, far_x = _slab(to_x, half, dx)
     near_y, far_y = _slab(to_y, half, dy)
     near, far = max(near_x, near_y), min(far_x, far_y)
@@ -105,15 +105,15 @@ def _slab(to_centre: float, half: float, direction: float) -> tuple[float, float
 
 @cached_njit(makes_arrays=True)
 def corrected_pose(
-    floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
+    arena: ArenaMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the pose that the ranges and the believed pose say together, by damped least squares.
+    """Return the pose that fits the ranges and the believed pose best, by damped least squares.
 
     Args:
-        floor: the known map.
+        arena: the known map.
         pose: believed x and y in metres and heading in radians, shape (3,).
         angles_rad: each ray's angle from straight ahead.
-        ranges_m: what each ray measured, the robot's own radius included; not finite where there was no echo.
+        ranges_m: measured distances from the axle's midpoint, one per ray; not finite without an echo.
 
     Returns:
         The corrected pose, shape (3,); the believed one where no ray met a wall.
@@ -125,7 +125,7 @@ def corrected_pose(
         gradient = prior * (pose - estimate)
         for angle, measured in zip(angles_rad, ranges_m):  # noqa: B905 numba knows no strict
             direction = estimate[2] + angle
-            expected, normal_x, normal_y = expected_range(floor, estimate[0], estimate[1], direction)
+            expected, normal_x, normal_y = expected_range(arena, estimate[0], estimate[1], direction)
             if not (math.isfinite(measured) and math.isfinite(expected)):
                 continue
             facing = normal_x * math.cos(direction) + normal_y * math.sin(direction)
@@ -141,34 +141,34 @@ def corrected_pose(
 
 @cached_njit(makes_arrays=True)
 def misfit_m(
-    floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
+    arena: ArenaMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> float:
-    """Return by how much the ranges that gave an echo differ from what the map says for a pose, on average; 0 of none.
+    """Return the mean difference between the ranges that gave an echo and the map's for a pose, 0 without any echo.
 
-    A place where the map says that there is nothing to meet is infinitely wrong.
+    It is infinite at a pose from which the map has nothing to meet.
     """
     total, count = 0.0, 0
     for angle, measured in zip(angles_rad, ranges_m):  # noqa: B905 numba knows no strict
         if math.isfinite(measured):
-            total += abs(measured - expected_range(floor, pose[0], pose[1], pose[2] + angle)[0])
+            total += abs(measured - expected_range(arena, pose[0], pose[1], pose[2] + angle)[0])
             count += 1
     return total / count if count else 0.0
 
 
 @cached_njit(makes_arrays=True)
 def located_pose(
-    floor: FloorMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
+    arena: ArenaMap, pose: NDArray[np.float64], angles_rad: NDArray[np.float64], ranges_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return `corrected_pose`, from the best of the places around where the ranges do not fit the believed one."""
-    best: NDArray[np.float64] = corrected_pose(floor, pose, angles_rad, ranges_m)
-    least = misfit_m(floor, best, angles_rad, ranges_m)
+    """Return `corrected_pose`; where the ranges do not fit it, from the best position around the believed one."""
+    best: NDArray[np.float64] = corrected_pose(arena, pose, angles_rad, ranges_m)
+    least = misfit_m(arena, best, angles_rad, ranges_m)
     if least <= _LOST_M:
         return best
     for i in range(-_SEARCH_STEPS, _SEARCH_STEPS + 1):
         for j in range(-_SEARCH_STEPS, _SEARCH_STEPS + 1):
             start = pose + np.array([i * _SEARCH_STEP_M, j * _SEARCH_STEP_M, 0.0])
-            found = corrected_pose(floor, start, angles_rad, ranges_m)
-            misfit = misfit_m(floor, found, angles_rad, ranges_m)
+            found = corrected_pose(arena, start, angles_rad, ranges_m)
+            misfit = misfit_m(arena, found, angles_rad, ranges_m)
             if misfit < least:
                 best, least = found, misfit
     return best

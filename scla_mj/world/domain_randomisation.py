@@ -1,4 +1,4 @@
-"""Domain randomisation: grip, mass, wheel radii and tilt of the floor, drawn anew for every episode."""
+"""Domain randomisation: grip, mass, wheel radii and tilt of the floor, drawn for every episode."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Draw(NamedTuple):
 
 
 class DomainRandomisation:
-    """Draws the world's physical parameters for each episode; the controller goes on with the nominal ones.
+    """Draws the world's physical parameters for each episode; the controller keeps the nominal ones.
 
     Attributes:
         draw: the parameters as they are now.
@@ -66,7 +66,7 @@ class DomainRandomisation:
             self.perturbation.strongest_push_n[0] = self._config.push_n_per_kg * mass_kg
 
     def state(self) -> dict[str, Any]:
-        """Return all that `restore` needs to resume to the bit."""
+        """Return all that `restore` needs."""
         state: dict[str, Any] = {"draw": list(self.draw), "model_rng": self._rng.bit_generator.state}
         if self.perturbation is not None:
             state["late"] = self.perturbation.late.copy()
@@ -76,7 +76,7 @@ class DomainRandomisation:
         return state
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Resume from a `state`: the model and the perturbation; the world restores its own state."""
+        """Resume from a `state`, bit-identically: the model and the perturbation; the world restores its own state."""
         self._rng.bit_generator.state = state["model_rng"]
         if self._changes_model:
             self._apply(Draw(*state["draw"]))
@@ -87,7 +87,7 @@ class DomainRandomisation:
             self.perturbation.rng.bit_generator.state = state["drive_rng"]
 
     def _drawn(self) -> Draw:
-        """Draw every factor every time, so that one set's draws do not depend on which others are on."""
+        """Draw every parameter every time, so that the draws of one set do not depend on the others."""
         config, rng = self._config, self._rng
         return Draw(
             friction=float(rng.uniform(*config.friction_scale)),
@@ -98,7 +98,7 @@ class DomainRandomisation:
         )
 
     def _apply(self, draw: Draw) -> None:
-        """Make the model that of a draw: always from the nominal one, so that the same draw gives the same bits."""
+        """Set the model to a draw, always from the nominal model, so that the same draw gives the same bits."""
         model, nominal = self._world.model, self._nominal
         self.draw = draw
         model.body_mass[:] = nominal.body_mass * draw.mass
@@ -121,7 +121,7 @@ class DomainRandomisation:
 
 
 class _Nominal:
-    """The model's own figures, copied before anything changes them."""
+    """The nominal parameters of the model, copied before anything changes them."""
 
     def __init__(self, world: World) -> None:
         model, at = world.model, world.at

@@ -71,7 +71,7 @@ def perturb(perturbation: Perturbation, left: float, right: float) -> tuple[floa
 
 @njit(inline="always")
 def _late(late: NDArray[np.float64], left: float, right: float) -> tuple[float, float]:
-    """Put the command at the queue's end, and return the one at its head."""
+    """Queue a command and return the one that is due."""
     last = len(late) - 1
     if last < 0:
         return left, right
@@ -84,7 +84,7 @@ def _late(late: NDArray[np.float64], left: float, right: float) -> tuple[float, 
 
 @njit(inline="always")
 def _push(perturbation: Perturbation) -> None:
-    """Let a push go on, end it, or begin one by chance."""
+    """Continue a push, end it, or start one at random."""
     push, rng = perturbation.push, perturbation.rng
     push[2] = max(push[2] - 1.0, 0.0)
     if push[2] == 0.0:

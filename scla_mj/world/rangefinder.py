@@ -1,4 +1,4 @@
-"""How far it is to the walls: rays from the robot, as a ring of range sensors would cast them."""
+"""Distances to the walls: rays from the robot, as a ring of range sensors casts them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NO_BODY: Final = -1
 
 
 def ranges_m(world: World, angles_rad: NDArray[np.float64], *, reach_m: float) -> NDArray[np.float64]:
-    """Return how far each ray truly goes to a wall or a closed cell.
+    """Return the true distance to a wall or a closed cell along each ray.
 
     The rays start at the axle's midpoint, in the chassis' own plane: a robot that leans casts them up and down. (Real
     sensors sit on the chassis' rim; their distance from the axle is known and taken off.)
@@ -29,10 +29,10 @@ def ranges_m(world: World, angles_rad: NDArray[np.float64], *, reach_m: float) -
     Args:
         world: with the robot where it is now (MuJoCo's own `xpos` is that of the latest step's start).
         angles_rad: each ray's angle from straight ahead, towards the left.
-        reach_m: what is further away gives no echo.
+        reach_m: beyond this distance there is no echo.
 
     Returns:
-        Lengths in metres, a ray each; infinite where there is no echo.
+        Distances in metres, one per ray; infinite where there is no echo.
     """
     elements = np.empty(9)
     mujoco.mju_quat2Mat(elements, world.root_qpos[3:])

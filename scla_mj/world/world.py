@@ -1,4 +1,4 @@
-"""One arena with one robot: its raw MuJoCo model and data, spawns, pose, and the faults MuJoCo keeps quiet about."""
+"""One arena with one robot: its raw MuJoCo model and data, spawns, poses, and faults that MuJoCo does not report."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ UPRIGHT_COSINE: Final = 0.9
 """A chassis whose up axis leans further than this (26 degrees) has fallen: the wheels no longer carry it."""
 _INTEGRATION: Final = mujoco.mjtState.mjSTATE_INTEGRATION
 _SETTLING_S: Final = 2.0
-"""How long a fresh robot stands before its resting height is read; it rests within 0.3 s."""
+"""Simulated time before the resting height of a new robot is read; it comes to rest within 0.3 s."""
 _SPAWNS_KEPT: Final = 4096
-"""States of half a kilobyte: for four headings on any floor up to 32 x 32."""
+"""States of half a kilobyte: enough for four headings in every cell of 32 x 32."""
 _DROP_M: Final = 0.005
-"""From how far above its nominal height a changed robot settles: more than its wheels may have grown."""
+"""Height above the nominal one from which a randomised robot settles: more than its wheels can have grown."""
 
 
 class Pose(NamedTuple):
@@ -43,17 +43,18 @@ class Pose(NamedTuple):
     upright: float
 
     def can_drive(self) -> bool:
-        """Tell whether the robot stands upright at a finite place: if not, only a spawn helps."""
+        """Return whether the robot stands upright at a finite place; otherwise it must be spawned again."""
         return math.isfinite(self.x_m + self.y_m + self.heading_rad) and self.upright >= UPRIGHT_COSINE
 
 
 class World:
-    """The compiled arena of one grid with one robot; a `lean` one cannot be drawn, and steps a sixth faster.
+    """The compiled arena of one grid with one robot; a `lean` one steps a sixth faster and cannot be drawn.
 
     Attributes:
-        grid: the floor, with the target where it is now.
+        grid: the cells, with the target where it is now.
         robot, at, dimensions: the robot, its parts' addresses, and its measures in the compiled model.
-        model, data: raw MuJoCo; whoever steps `data` adds the steps to `steps`, which `faults` compares with the time.
+        model, data: raw MuJoCo.
+        steps: physics steps since the spawn, counted by whoever steps `data`; `faults` compares them with its time.
         root_qpos: a view of the robot's position and quaternion, shape (7,).
 
     Raises:
@@ -86,7 +87,7 @@ class World:
         return self._physics
 
     def drawable_model(self) -> Any:
-        """Compile the arena and the robot with all that is for looks, which takes this world's states."""
+        """Return a compiled model with everything that is only for looks; it takes the states of this world's model."""
         return self._compile(lean=False)
 
     def _compile(self, *, lean: bool) -> Any:
@@ -96,18 +97,18 @@ class World:
             raise SclaError(f"cannot compile {self.robot.mjcf}: {one_line(error)}") from error
 
     def spawn(self, cell: Cell, heading_rad: float, *, derive: bool = True) -> None:
-        """Put the robot at rest on a cell's centre: whole state reset, time 0, standing at its own resting height.
+        """Reset the whole state, with the robot at rest on a cell's centre at its own resting height, and time 0.
 
-        `derive` what MuJoCo derives from the state, such as the places of geoms: whoever steps next need not.
+        `derive` also updates what MuJoCo derives from the state, such as positions of geoms; stepping does not need it.
 
         Raises:
-            SclaError: the cell is closed or off the floor.
+            SclaError: the cell is closed or outside the arena.
         """
         if any(self._warnings.tolist()):
             mujoco.mj_resetData(self.model, self.data)
         spawned = self._spawned.get((cell, heading_rad))
         if spawned is None:
-            spawned = self._put_down(cell, heading_rad)
+            spawned = self._spawned_anew(cell, heading_rad)
             if len(self._spawned) < _SPAWNS_KEPT:
                 self._spawned[cell, heading_rad] = spawned
         if derive:
@@ -116,10 +117,12 @@ class World:
             mujoco.mj_setState(self.model, self.data, spawned, _INTEGRATION)
         self.steps = 0
 
-    def _put_down(self, cell: Cell, heading_rad: float) -> NDArray[np.float64]:
-        """Reset MuJoCo's data, put the robot into a cell, and return what MuJoCo integrates: to set that is quicker."""
+    def _spawned_anew(self, cell: Cell, heading_rad: float) -> NDArray[np.float64]:
+        """Spawn from MuJoCo's own reset, and return the integrated state: setting that is faster."""
         if not self.grid.is_open(cell):
-            raise SclaError(f"cannot spawn at ({cell.x}, {cell.y}): it is closed or off the floor; choose an open cell")
+            raise SclaError(
+                f"cannot spawn at ({cell.x}, {cell.y}): it is closed or outside the arena; choose an open cell"
+            )
         mujoco.mj_resetData(self.model, self.data)
         self._qpos[:] = self._resting_qpos
         self.root_qpos[:2] = self.grid.centre_m(cell)
@@ -129,18 +132,18 @@ class World:
         return self._integrated()
 
     def move_target(self, cell: Cell) -> None:
-        """Put the target on another cell; it is a mark on the floor that touches nothing."""
+        """Put the target into another cell; it is a mark on the floor that touches nothing."""
         self.grid = dataclasses.replace(self.grid, target=cell)
 
     def state(self) -> dict[str, Any]:
-        """Return all that MuJoCo integrates, as one array, and the count of its steps."""
+        """Return the state that MuJoCo integrates, as one array, and the count of steps."""
         return {"physics": self._integrated(), "steps": self.steps}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`, to the bit.
+        """Resume from a `state`, bit-identically.
 
-        What MuJoCo derives from a state, such as the places of geoms, is that of the latest step while the robot
-        drives, and that of the pose itself after this: whoever reads it must compute it first.
+        While the robot drives, what MuJoCo derives from the state, such as positions of geoms, is that of the start of
+        the latest step; after this call it is that of the restored state.
         """
         self._set(state["physics"])
         self.steps = state["steps"]
@@ -166,11 +169,11 @@ class World:
         return np.array([self._qpos[self.at.left_qpos], self._qpos[self.at.right_qpos]])
 
     def can_drive(self) -> bool:
-        """Tell whether the robot can drive on from where it is now: upright, and its whole state finite."""
+        """Return whether the robot can continue from where it is: upright, and its whole state finite."""
         return self.pose().can_drive() and self._is_finite()
 
     def faults(self) -> list[str]:
-        """Return a sentence for each thing that has gone wrong since the spawn; none if all is well."""
+        """Return one sentence per fault since the spawn."""
         found = []
         if not self._is_finite():
             found.append("the robot's state is not finite")
@@ -184,7 +187,7 @@ class World:
         return found
 
     def has_misbehaved(self) -> bool:
-        """Tell in a few microseconds whether MuJoCo has warned or reset itself: this is asked after every move."""
+        """Return whether MuJoCo has warned or reset itself; it takes microseconds and is called after every move."""
         return any(self._warnings.tolist()) or not self._keeps_time()
 
     def _is_finite(self) -> bool:
@@ -195,9 +198,9 @@ class World:
         return bool(abs(self.data.time - self.steps * self._timestep) < self._timestep / 2)
 
     def settle(self, scratch: Any) -> None:
-        """Find anew how the robot stands, after its model was changed: every spawn from now on puts it down like that.
+        """Measure how the robot stands after a change of the model: later spawns place it in that attitude.
 
-        `scratch` is a fresh `MjData` of the model, for the robot to come to rest in.
+        `scratch` is a new `MjData` of the model, in which the robot comes to rest.
         """
         scratch.qpos[self._root][2] += _DROP_M
         self._let_rest(scratch)
@@ -210,19 +213,19 @@ class World:
         self._spawned.clear()
 
     def _settle(self) -> NDArray[np.float64]:
-        """Let the robot come to rest, and return its qpos there, at the origin, heading along +x."""
+        """Let the robot come to rest, and return that qpos, moved to the origin and heading along +x."""
         self._let_rest(self.data)
         half = math.atan2(self.root_qpos[5], self.root_qpos[3])
         return self._at_origin(self.root_qpos[2], [math.cos(half), 0.0, math.sin(half), 0.0])
 
     def _at_origin(self, height_m: float, quaternion: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the qpos of a robot above the floor's centre, its wheels not turned."""
+        """Return the qpos of a robot at the arena's centre, its wheels at angle 0."""
         qpos = np.zeros(self.model.nq)
         qpos[self._root] = 0.0, 0.0, height_m, *quaternion
         return qpos
 
     def _let_rest(self, data: Any) -> None:
-        """Let the robot stand until it rests, at the floor's centre: through a closed cell that may be there."""
+        """Let the robot come to rest at the arena's centre, without contacts with a closed cell that may be there."""
         touchable = self.model.geom_contype.copy()
         self.model.geom_contype[:] = 0
         mujoco.mj_step(self.model, data, nstep=round(_SETTLING_S / self.model.opt.timestep))
@@ -230,10 +233,10 @@ class World:
 
 
 def _silence_warning_log() -> None:
-    """Keep MuJoCo's warnings out of MUJOCO_LOG.TXT in the working directory: `faults` reads their counts instead."""
+    """Keep MuJoCo from writing warnings to MUJOCO_LOG.TXT in the working directory: `faults` reads their counts."""
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(_ignore_warning)
 
 
 def _ignore_warning(message: str) -> None:
-    """Take a warning's text and drop it."""
+    """Discard a warning's text."""
