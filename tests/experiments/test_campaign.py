@@ -94,7 +94,7 @@ def test_a_run_of_other_settings_is_neither_reused_nor_overwritten(tmp_path, cap
         (["--workers", "0"], "1 or more"),
         (["--seeds", "0"], "1 or more"),
         (["--decisions", "0"], "--decisions is 0: it must be 1 or more"),
-        (["--only"], "--only names nothing"),
+        (["--only"], "--only has no value"),
     ],
 )
 def test_a_bad_option_of_reproduce_gets_one_sentence(options, words, tmp_path, capsys):

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import matplotlib.image
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 from synthetic_out import learning, write_runs
@@ -125,6 +125,7 @@ WORDS = st.text(st.characters(exclude_categories=("C", "Z")) | st.sampled_from("
 
 
 @given(WORDS)
+@example(NASTY)
 def test_any_text_is_shown_by_markdown_as_it_is(words):
     table = f"| a |\n|---|\n| x{escape(words)}x |"
     reader = Reader(MarkdownIt("commonmark").enable(["table", "strikethrough"]).render(table))

@@ -80,7 +80,7 @@ def test_a_curve_is_every_epochs_own_estimate(rng):
 def test_percent_and_moves_follow_a_ceiling_that_jumps():
     hits = np.array([[400.0, 115.0, 0.0]])
     assert st.percent_of_ceiling(hits, np.array([400.0, 230.0, 230.0])).tolist() == [[100.0, 50.0, 0.0]]
-    assert st.moves_a_hit(hits)[0] == pytest.approx([2.5, 8.6957, np.inf], abs=1e-4)
+    assert st.moves_per_hit(hits)[0] == pytest.approx([2.5, 8.6957, np.inf], abs=1e-4)
 
 
 def test_mastery_comes_at_the_decision_that_completes_the_window():
