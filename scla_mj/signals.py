@@ -131,3 +131,11 @@ class DecisionRecord(NamedTuple):
     hit: bool
     activity: Activity | None
     localised: Localised | None = None
+
+
+class WeightCurve(NamedTuple):
+    """Samples of the 8 mean weights: the run's decision (n,), its time (n,) and the means (n, 8)."""
+
+    decision: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    mean_weights: NDArray[np.float64]

@@ -14,9 +14,8 @@ from scla_mj.runs.brain import read_brain, read_weight_history
 from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.folder import open_run
-from scla_mj.runs.history import WeightCurve
 from scla_mj.runs.summary import Summary, read_summary
-from scla_mj.signals import Snapshot
+from scla_mj.signals import Snapshot, WeightCurve
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -179,10 +178,9 @@ class StoredRun:
             return WeightCurve(history["decision"], history["time_s"], history["mean_weights"])
         if not self._recordings:
             self._require(paths.BRAIN_NPZ, "a history of weights")
-        from scla_mj.telemetry.reading.series import weight_history
+        from scla_mj.telemetry.reading.series import weight_curve
 
-        found: WeightCurve | None = weight_history(self._recordings)
-        return found
+        return weight_curve(self._recordings)
 
 
 def load_run(path: Path | str) -> StoredRun:

@@ -15,8 +15,7 @@ from scla_mj.grid import Action
 from scla_mj.paths import BRAIN_NPZ
 from scla_mj.runs.archive import add_array
 from scla_mj.runs.atomic import cannot_read, check_regular, replacing
-from scla_mj.runs.history import WeightCurve
-from scla_mj.signals import Snapshot
+from scla_mj.signals import Snapshot, WeightCurve
 
 WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
 _HISTORY: Final = tuple(f"history_{name}" for name in WeightCurve._fields)

@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scla_mj.anatomy import PROJECTION_NAMES
-from scla_mj.signals import DecisionRecord
+from scla_mj.signals import DecisionRecord, WeightCurve
 
 CAPACITY: Final = 2048
 """Points kept at most: more than a figure has pixels across."""
 FIRST_STRIDE: Final = 4
 """Decisions from one sample to the next in a run of up to 8192: a jump is still seen where it was, give or take 3."""
-
-
-class WeightCurve(NamedTuple):
-    """Samples of the 8 mean weights: the run's decision (n,), its time (n,) and the means (n, 8)."""
-
-    decision: NDArray[np.int64]
-    time_s: NDArray[np.float64]
-    mean_weights: NDArray[np.float64]
 
 
 class WeightHistory:

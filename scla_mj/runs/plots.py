@@ -16,8 +16,8 @@ from scla_mj.grid import Grid
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.atomic import replacing
 from scla_mj.runs.drawing import INK, canvas, draw_policy, draw_weights, save
-from scla_mj.runs.history import WeightCurve
 from scla_mj.runs.summary import Summary
+from scla_mj.signals import WeightCurve
 
 BAR: Final = "#4477aa"
 CEILING: Final = "#111111"

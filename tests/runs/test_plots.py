@@ -11,9 +11,9 @@ from scla_mj.grid import Action, Cell, Grid
 from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.drawing import POLICY_SHADES
-from scla_mj.runs.history import WeightCurve
 from scla_mj.runs.plots import BAR, CEILING, RANDOM_WALK, plot_epochs, plot_policy, plot_weights
 from scla_mj.runs.summary import Tally, epoch_summary
+from scla_mj.signals import WeightCurve
 
 PAPER = Grid((5, 5), Cell(3, 3), 0.3)
 
