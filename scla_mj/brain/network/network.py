@@ -163,10 +163,11 @@ class Network:
             self._begin_window()
         wanted = self._window_steps + steps
         while self._window_steps < wanted:
-            released = self._due()
-            self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
-            to_releases = [due - self._steps for due, _ in self._releases]
-            size = min(self._steps_per_call, wanted - self._window_steps, *to_releases)
+            released, size = self._nothing, min(self._steps_per_call, wanted - self._window_steps)
+            if self._releases:
+                released = self._due()
+                self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
+                size = min([size, *(due - self._steps for due, _ in self._releases)])
             self._reserve(size)
             filled = self._run(size, current, released)
             if filled == kernel.NOT_FINITE:
