@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+from scla_mj.checked import CheckedConfig
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
 
 
@@ -26,6 +27,10 @@ class Brain(ABC):
     Settings: ClassVar[type | None] = None
     reads: ClassVar[tuple[str, ...]] = ("network.", "plasticity.", "automaton.")
     sensors: Mapping[str, Callable[[Any], Any]] = MappingProxyType({})
+
+    def __init__(self, checked: CheckedConfig, settings: Any = None) -> None:
+        """Keep what it is built from, as `checked` and `settings`; a brain of your own may do otherwise."""
+        self.checked, self.settings = checked, settings
 
     @abstractmethod
     def decide(self, percept: Percept) -> Decision:
