@@ -27,6 +27,7 @@ def blocks(page: Path) -> list[str]:
 def test_every_program_of_the_page_runs(page, number, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
     exec(compile(blocks(page)[number], f"{page.name}, program {number + 1}", "exec"), {"__name__": "__main__"})
 
 
