@@ -1,1 +1,1 @@
-"""Runs as data: put the parts together, let them go on, keep what they did."""
+"""Many runs: experiments as data, carried out in parallel, compared by statistics, written up as a report."""

@@ -1,4 +1,4 @@
-"""Many runs side by side: every experiment with every seed, safe to interrupt and to go on with."""
+"""Many runs in parallel: every experiment with every seed; an interrupted campaign can be resumed."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
     """Run the jobs on that many processes; `watch` is called with each one that is done.
 
     A run's bits depend on its configuration alone, so neither the number of processes nor the order matters. An
-    interrupted run leaves a folder that ends in `.part`; the next call goes on with it, or where that cannot be, starts
+    interrupted run leaves a folder that ends in `.part`; the next call resumes it, or where that cannot be, starts
     it anew.
 
     Raises:
@@ -71,7 +71,7 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
                 watch(pending[future])
     except BrokenProcessPool as error:
         raise SclaError(
-            "a run's process was killed, perhaps for want of memory: start the command again, it goes on where it was"
+            "a run's process was killed, perhaps for lack of memory: start the command again, and it resumes where it was"
         ) from error
 
 

@@ -33,7 +33,7 @@ def reproduce(
     Args:
         experiments: from `CATALOGUE`, or your own under names that it does not have.
         out: the folder for runs and report; made if need be.
-        workers: runs side by side.
+        workers: runs in parallel.
         watch: is called with the number of finished runs, of all runs, and the last one finished: None at first.
         command: the command line that the report names as its origin.
 

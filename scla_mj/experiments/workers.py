@@ -33,7 +33,7 @@ def pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 @contextlib.contextmanager
 def ignoring_sigint() -> Iterator[None]:
-    """Start the processes of this block deaf to Ctrl-C, which a terminal sends to all: the parent decides for them."""
+    """Processes started in this block ignore SIGINT, which a terminal sends to all: the parent ends them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

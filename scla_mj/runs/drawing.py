@@ -110,9 +110,10 @@ def draw_policy(axes: Axes, grid: Grid, probabilities: Array) -> PolyCollection:
     )
     axes.add_collection(shades)
     _draw_arrows(axes, grid, probabilities)
+    seam = min(2.0, 12.0 / max(width, height))  # points
     for cell in grid.all_cells():
         colour = _CLOSED if cell in grid.closed else "none"
-        axes.add_patch(Rectangle((cell.x - 0.5, cell.y - 0.5), 1, 1, facecolor=colour, edgecolor="white", lw=2.0))
+        axes.add_patch(Rectangle((cell.x - 0.5, cell.y - 0.5), 1, 1, facecolor=colour, edgecolor="white", lw=seam))
     star = mpl.path.Path.unit_regular_star(5, 0.382).transformed(Affine2D().scale(0.24).translate(*grid.target))
     axes.add_patch(PathPatch(star, facecolor=TARGET_COLOUR, edgecolor="none", zorder=4))
     axes.set(xlim=(0.5, width + 0.5), ylim=(0.5, height + 0.5), aspect="equal")

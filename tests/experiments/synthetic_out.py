@@ -53,8 +53,8 @@ def records(config: RunConfig, skill: Skill) -> Iterator[DecisionRecord]:
     for epoch in range(1, config.epochs + 1):
         grid = check(config).grid(epoch)
         ceiling = ceiling_hits_per_1000(grid, config.protocol, action_noise=config.task.action_noise)
-        floor = hits_per_1000(grid, config.protocol, uniform_policy(grid))
-        chance = (floor + (ceiling - floor) * skill(epoch)) / 1000.0
+        walk = hits_per_1000(grid, config.protocol, uniform_policy(grid))
+        chance = (walk + (ceiling - walk) * skill(epoch)) / 1000.0
         cell = grid.start_cells("sensed-start")[0]
         move = Move(Outcome.MOVED, cell, grid.target, 1.0, 0.001, 0.0, False, _TRAJECTORY)
         hits = rng.random(config.decisions) < chance

@@ -1,4 +1,4 @@
-"""Many runs side by side: the same bits as one after another, and safe to interrupt."""
+"""Many runs in parallel: the same bits as one after another, and safe to interrupt."""
 
 import contextlib
 import dataclasses
@@ -137,7 +137,7 @@ def campaign_in(out):
 
 
 def processes_at_work(campaign):
-    """The pids of the processes that a campaign has started, told by the system."""
+    """The pids of the processes that a campaign has started, by the system."""
     children = Path(f"/proc/{campaign.pid}/task/{campaign.pid}/children").read_text().split()
     return [pid for pid in children if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 

@@ -159,7 +159,7 @@ def test_a_run_with_other_settings_is_not_taken_for_this_one(out):
     assert {gap.reason for gap in evidence.gaps} == {"made with other settings"}
 
 
-def test_the_papers_table_5_stands_beside_ours(out):
+def test_the_papers_table_5_stands_next_to_ours(out):
     rows = read_csv(out, "table-table-5")
     assert [row["paper"] for row in rows[:4]] == ["799.0", "778.0", "772.0", "807.0"]
     ours = [float(row["ours, sensed-start"]) for row in rows[:4]]
@@ -173,7 +173,7 @@ def test_the_papers_table_5_stands_beside_ours(out):
     )
 
 
-def test_the_jump_is_set_beside_the_new_ceiling(out):
+def test_the_jump_is_compared_with_the_new_ceiling(out):
     rows = read_csv(out, "table-jump-jump")
     assert [(row["epoch"], float(row["ceiling"])) for row in rows] == [("2", 400.0), ("3", 240.0), ("4", 240.0)]
     hits = hits_by_hand(out, EXPERIMENTS[4]).mean(axis=0)
@@ -207,7 +207,7 @@ def test_figure_3_shows_eight_connections_at_every_epoch(out):
     assert agreeing == pytest.approx([1.0 + 2.9 * learning(1.5)(epoch) + seeds for epoch in (1, 2, 3, 4)])
 
 
-def test_one_scalar_dopamine_is_shown_beside_the_signed_one(out):
+def test_one_scalar_dopamine_is_compared_with_the_signed_one(out):
     text = (out / "report.md").read_text(encoding="utf-8")
     end = learning(1.5)(4)
     for title, seeds in (("one dopamine", THREE), ("SCLA, sensed", FOUR)):
@@ -221,7 +221,7 @@ def test_one_scalar_dopamine_is_shown_beside_the_signed_one(out):
     assert len(read_csv(out, "figure-weights-scalar")) == 8 * 4
 
 
-def test_a_floor_that_leads_astray_has_the_ceiling_of_its_own_mdp(out):
+def test_a_world_with_action_noise_has_the_ceiling_of_its_own_mdp(out):
     (row,) = (row for row in read_csv(out, "table-worlds") if row["world"] == "p = 0.3")
     assert 31.58 < float(row["ceiling"]) < 0.7 * 400
     percent = 100 * hits_by_hand(out, next(e for e in EXPERIMENTS if e.name == "noisy"))[:, 1:] / float(row["ceiling"])

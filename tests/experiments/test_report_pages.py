@@ -147,7 +147,7 @@ def test_markdown_page_and_csv_have_the_same_tables(out, text, reader):
     assert sum(lengths) == len(rows)
 
 
-def test_every_figure_of_the_report_is_a_file_beside_it_with_its_data(out, text):
+def test_every_figure_of_the_report_is_a_file_next_to_it_with_its_data(out, text):
     links = re.findall(r"\]\((figures/[^)]+)\)", text)
     assert len(links) == text.count("**Figure ") > 5
     for link in links:

@@ -100,7 +100,7 @@ def test_the_beginnings_axis_starts_at_no_decision(small):
     assert all(np.ptp(line.get_xdata()) > 0 for line in axes.lines[:2])  # ceiling and random walk are lines
 
 
-def test_each_protocol_stands_beside_its_own_ceiling(tmp_path):
+def test_each_protocol_is_named_with_its_own_ceiling(tmp_path):
     both = scaled("scla-sensed-start"), scaled("scla-any-start")
     write(tmp_path, *both)
     said = shared.setting(*gather(tmp_path, both).evidence)

@@ -186,7 +186,7 @@ def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
     """Return a finished run.
 
     Raises:
-        SclaError: it is not there, not finished, damaged, or was made with other settings.
+        SclaError: it is missing, unfinished, damaged, or was made with other settings.
     """
     if not (folder / SUMMARY_JSON).exists():
         raise SclaError("not run")

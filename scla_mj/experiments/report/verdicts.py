@@ -1,4 +1,4 @@
-"""Whether a target is reached: the measured figure beside the wanted one."""
+"""Whether a target is reached: what was measured, compared with what was wanted."""
 
 from __future__ import annotations
 
