@@ -71,7 +71,7 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
                 watch(pending[future])
     except BrokenProcessPool as error:
         raise SclaError(
-            "a run's process was killed, perhaps for lack of memory: start the command again, and it resumes where it was"
+            "a run's process was killed, perhaps for lack of memory: start the command again and it resumes"
         ) from error
 
 
