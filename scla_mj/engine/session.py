@@ -115,9 +115,6 @@ class Session:
         log.write(record)
         self._account.add(record, simulation.time_s)
         if self._recorder is not None:
-            if record.decision == 1 and record.epoch == self._config.task.jump_epoch:
-                ceiling = self._checked.ceiling_hits_per_1000(record.epoch)
-                self._recorder.move_target(self._checked.grid(record.epoch), ceiling_hits_per_1000=ceiling)
             self._recorder.write(record, memory)
             if record.decision == self._config.decisions:
                 count = self._account.tally.epoch(record.epoch)
@@ -169,20 +166,13 @@ class Session:
         """Open the recording, or its next part; importing rerun takes longer than the first decisions."""
         from scla_mj.telemetry.recording import RerunRecorder
 
-        config = self._config
         numbers = [paths.part_number(part.name) or 0 for part in paths.recordings(self._run.path)]
         recorder = RerunRecorder(
             self._run.file(paths.recording_part(max(numbers, default=0) + 1)),
-            mode=config.telemetry,
-            grid=self._checked.grid(),
-            clock=self._checked.clock,
+            self._checked,
             model=self._simulation.world.drawable_model(),
             run_id=self._run.run_id,
-            protocol=config.protocol,
-            ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),
-            weight_max=config.network.weight_max,
             first_decision=self.decisions + 1,
-            metadata={"seed": config.seed},
         )
         if self._recorded is not None:
             recorder.restore(self._recorded)

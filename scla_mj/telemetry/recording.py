@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import shutil
-from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, Self
 
 import rerun as rr
 
-from scla_mj.clock import Clock
-from scla_mj.config import Telemetry
+from scla_mj.checked import CheckedConfig
 from scla_mj.errors import SclaError
-from scla_mj.grid import Cell, Grid, StartProtocol
 from scla_mj.signals import DecisionRecord, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.dashboard import build_dashboard
 from scla_mj.telemetry.growable_array import GrowableArray
 from scla_mj.telemetry.growth import Growth
 from scla_mj.telemetry.views import VIEWS
-from scla_mj.telemetry.views.base import DECISION, EpochCount, RunFacts, end_time_s, set_time
+from scla_mj.telemetry.views.base import DECISION, EpochCount, RecordedRun, end_time_s, set_time
 
 _DECISIONS_A_FLUSH: Final = 1000
 """Columns this long cost 31 bytes a number on disk where single rows cost 1300; of shorter ones Rerun keeps more."""
@@ -37,82 +33,45 @@ _DECISION_BYTES: Final = 20_000
 """More than twice what a decision takes on the disk without its spikes; twice what waits in memory covers those."""
 
 
-class _Last(NamedTuple):
-    """The decision written last: its epoch and its end."""
-
-    epoch: int
-    end_s: float
-
-
 class RerunRecorder:
     """Writes one run into one `.rrd` file. It only reads what it is given, and owns its copies.
 
     Args:
         path: the file to write; it must not exist yet.
-        mode: "light" keeps the thinking windows' spikes, "full" every spike; both keep poses at 20 Hz.
-        grid: the arena of the first epoch.
-        clock: the run's periods.
+        checked: the run's configuration; telemetry "full" keeps every spike, else the thinking windows' are kept.
         model: the compiled `mujoco.MjModel` to draw.
         run_id: the recording's identity; a resumed run's next part carries the same one.
-        protocol: where the robot starts.
-        ceiling_hits_per_1000: what the hits are drawn against.
-        weight_max: upper end of the weights' colour scale.
         first_decision: the first one that the file will hold, counted over the run: above 1 for a later part.
-        metadata: anything else that a reader of the file alone should know, such as the seed.
 
     Raises:
-        SclaError: the file exists already or cannot be written, or the mode records nothing.
+        SclaError: the file exists already or cannot be written.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        *,
-        mode: Telemetry,
-        grid: Grid,
-        clock: Clock,
-        model: Any,
-        run_id: str,
-        protocol: StartProtocol,
-        ceiling_hits_per_1000: float,
-        weight_max: float,
-        first_decision: int = 1,
-        metadata: Mapping[str, str | float] | None = None,
-    ) -> None:
-        if mode == "off":
-            raise SclaError("--telemetry off records nothing: choose light or full to record")
-        self._path = Path(path)
-        self._run = RunFacts(mode, grid, clock, model, protocol, ceiling_hits_per_1000, weight_max)
+    def __init__(self, path: Path, checked: CheckedConfig, *, model: Any, run_id: str, first_decision: int = 1) -> None:
+        self._path, self._run = Path(path), RecordedRun(checked, model)
         self._stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
         self._views = [view(self._stream, self._run) for view in VIEWS]
         _open(self._path, self._stream, build_dashboard(panel for view in self._views for panel in view.panels()))
-        known = _properties(self._run) | {names.FIRST_DECISION: first_decision}
-        self._stream.send_property(names.PROPERTIES, rr.AnyValues(**known, **(metadata or {})))
+        self._stream.send_property(names.PROPERTIES, rr.AnyValues(**_properties(self._run, first_decision)))
         for view in self._views:
             view.log_static()
         # Columns overtake what is logged row by row: a file cut short must hold at least what it is about.
         self._flush()
         self._decisions = GrowableArray(DECISION)
-        self._decision = first_decision - 1
-        self._last: _Last | None = None
+        self._decision, self._end_s = first_decision - 1, 0.0
         self._growth, self._earlier = Growth(self._path), list[dict[str, Any]]()
         self._closed = False
 
-    def move_target(self, grid: Grid, *, ceiling_hits_per_1000: float) -> None:
-        """Draw the target where `grid` has it from now on, and the hits against its ceiling."""
-        self._set_run(grid, ceiling_hits_per_1000)
-        self._set_time()
-        for view in self._views:
-            view.move_target()
-
     def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
         """Record one decision, and the brain's memory after it if a snapshot is given."""
-        self._decision += 1
-        self._last = _Last(record.epoch, end_time_s(record))
+        if record.decision == 1 and record.epoch == self._run.config.task.jump_epoch:
+            self._set_time()
+            self._run.epoch = record.epoch
+            for view in self._views:
+                view.move_target()
+        self._decision, self._end_s, self._run.epoch = self._decision + 1, end_time_s(record), record.epoch
         code, thinks = names.OUTCOME_CODES[record.move.outcome], record.activity is not None
-        self._decisions.append(
-            (record.time_s, self._last.end_s, self._decision, record.epoch, record.hit, code, thinks)
-        )
+        self._decisions.append((record.time_s, self._end_s, self._decision, record.epoch, record.hit, code, thinks))
         for view in self._views:
             view.add(record, self._decision)
         self._remember(snapshot)
@@ -121,8 +80,7 @@ class RerunRecorder:
 
     def end_epoch(self, *, hits: int, decisions: int) -> None:
         """Record what the epoch of the last decision earned: `hits` in all its `decisions`."""
-        assert self._last is not None
-        count = EpochCount(self._last.epoch, decisions, hits, self._run.ceiling_hits_per_1000)
+        count = EpochCount(self._run.epoch, decisions, hits, self._run.ceiling_hits_per_1000)
         self._set_time()
         for view in self._views:
             view.end_epoch(count)
@@ -143,18 +101,15 @@ class RerunRecorder:
     def state(self) -> dict[str, Any]:
         """Return everything that `restore` needs for another recorder to continue from here."""
         return {
-            "last": None if self._last is None else self._last._asdict(),
-            "target": list(self._run.grid.target),
-            "ceiling_hits_per_1000": self._run.ceiling_hits_per_1000,
+            "epoch": self._run.epoch,
+            "end_s": self._end_s,
             "views": {type(view).__name__: view.state() for view in self._views},
             "parts": [*self._earlier, self._growth.state()],
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continue where another recorder was when `state` was taken."""
-        self._last = None if state["last"] is None else _Last(**state["last"])
-        grid = dataclasses.replace(self._run.grid, target=Cell(*state["target"]))
-        self._set_run(grid, state["ceiling_hits_per_1000"])
+        self._run.epoch, self._end_s = state["epoch"], state["end_s"]
         for view in self._views:
             view.restore(state["views"][type(view).__name__])
         self._earlier = list(state["parts"])
@@ -168,7 +123,7 @@ class RerunRecorder:
             return
         self._closed = True
         try:
-            if stopped and self._last is not None:
+            if stopped:
                 self._set_time()
                 for view in self._views:
                     view.stop(self._decision)
@@ -186,18 +141,9 @@ class RerunRecorder:
     ) -> None:
         self.close()
 
-    def _set_run(self, grid: Grid, ceiling_hits_per_1000: float) -> None:
-        self._run = self._run._replace(grid=grid, ceiling_hits_per_1000=ceiling_hits_per_1000)
-        for view in self._views:
-            view.run = self._run
-
     def _set_time(self) -> None:
         """Set the stream's time to the end of the last decision, or to the run's start."""
-        last = self._last
-        if last is None:
-            set_time(self._stream, 0.0, 0, 1)
-        else:
-            set_time(self._stream, last.end_s, self._decision, last.epoch)
+        set_time(self._stream, self._end_s, self._decision, self._run.epoch)
 
     def _remember(self, snapshot: Snapshot | None) -> None:
         if snapshot is not None:
@@ -261,15 +207,17 @@ def _cannot_write(path: Path, reason: object) -> SclaError:
     return SclaError(f"the recording {path} cannot be written: {reason}; free the disk or choose another RUN")
 
 
-def _properties(run: RunFacts) -> dict[str, str | float | list[int]]:
+def _properties(run: RecordedRun, first_decision: int) -> dict[str, str | float | list[int]]:
     return {
         "format": names.FORMAT,
-        "telemetry": run.mode,
-        "protocol": run.protocol,
+        "telemetry": run.config.telemetry,
+        "protocol": run.config.protocol,
+        "seed": run.config.seed,
         "ceiling_hits_per_1000": run.ceiling_hits_per_1000,
         "cells": list(run.grid.cells),
         "target": list(run.grid.target),
         "cell_size_m": run.grid.cell_size_m,
         "neural_step_ms": run.clock.neural_step_ms,
         "thinking_window_s": run.clock.thinking_window_s,
+        names.FIRST_DECISION: first_decision,
     }

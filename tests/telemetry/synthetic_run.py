@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -49,26 +50,25 @@ MODEL_XML = """
 """
 
 
-def open_recorder(path: Path, mode: Telemetry = "light", **more: Any) -> RerunRecorder:
-    """Open the recording of a run that has no robot but that of `MODEL_XML`."""
-    settings = {"model": mujoco.MjModel.from_xml_string(MODEL_XML), "run_id": "a run", "metadata": {"seed": 7}} | more
-    return RerunRecorder(
-        path, mode=mode, grid=GRID, clock=check(RunConfig()).clock, protocol="any-start",
-        ceiling_hits_per_1000=400.0, weight_max=4.0, **settings,
-    )  # fmt: skip
-
-
-def open_part(
-    folder: Path, number: int, mode: Telemetry, *, first: int = 1, seed: int = 7, **more: Any
+def open_recorder(
+    path: Path, mode: Telemetry = "light", config: RunConfig | None = None, *, run_id: str = "a run", first: int = 1
 ) -> RerunRecorder:
+    """Open the recording of a run that has no robot but that of `MODEL_XML`."""
+    checked = check(dataclasses.replace(config or RunConfig(seed=7), telemetry=mode))
+    model = mujoco.MjModel.from_xml_string(MODEL_XML)
+    return RerunRecorder(path, checked, model=model, run_id=run_id, first_decision=first)
+
+
+def open_part(folder: Path, number: int, mode: Telemetry, *, seed: int = 7, **more: Any) -> RerunRecorder:
     """Open a part of a recording under its own name."""
-    path = folder / recording_part(number)
-    return open_recorder(path, mode, first_decision=first, metadata={"seed": seed}, **more)
+    return open_recorder(folder / recording_part(number), mode, RunConfig(seed=seed), **more)
 
 
-def record_run(path: Path, mode: Telemetry, run: list[DecisionRecord], last: Snapshot | None = None) -> None:
+def record_run(
+    path: Path, mode: Telemetry, run: list[DecisionRecord], last: Snapshot | None = None, **more: Any
+) -> None:
     """Record a whole run."""
-    with open_recorder(path, mode) as recorder:
+    with open_recorder(path, mode, **more) as recorder:
         for record in run:
             recorder.write(record)
         recorder.close(last)

@@ -20,18 +20,7 @@ from scla_mj.grid import Grid
 from scla_mj.palette import BACKGROUND
 from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord
 from scla_mj.telemetry import names
-from scla_mj.telemetry.views.base import (
-    Panel,
-    Place,
-    Rows,
-    RunFacts,
-    View,
-    at,
-    at_poses,
-    kept_poses,
-    last,
-    outcome_colours,
-)
+from scla_mj.telemetry.views import base
 
 _TRAIL: Final = f"{names.WORLD}/trajectory"
 _TRAIL_S: Final = 12.0
@@ -55,13 +44,13 @@ _DEFAULT_RGBA: Final = (0.5, 0.5, 0.5, 1.0)
 _STRIP: Final = rr.components.LineStrip3DBatch([]).as_arrow_array().type
 
 
-class Arena(View):
+class Arena(base.View):
     """The robot in its arena, and the trail of its last moves.
 
     The model has one free body, the chassis, and a hinged wheel on either side of it.
     """
 
-    def __init__(self, stream: rr.RecordingStream, run: RunFacts) -> None:
+    def __init__(self, stream: rr.RecordingStream, run: base.RecordedRun) -> None:
         super().__init__(stream, run)
         self._first_target = run.grid.target
         self._chassis = int(run.model.jnt_bodyid[np.flatnonzero(run.model.jnt_type == _FREE_JOINT)[0]])
@@ -69,7 +58,7 @@ class Arena(View):
         self._wheels = _wheels(run.model, self._chassis)
         self._poses, self._counts = self.gather(np.float64, len(TRAJECTORY_COLUMNS)), self.gather(np.int64)
 
-    def panels(self) -> list[Panel]:
+    def panels(self) -> list[base.Panel]:
         """Return the arena from above and in front."""
         grid = self.run.grid
         reach_m = max(grid.cells) * grid.cell_size_m
@@ -80,11 +69,11 @@ class Arena(View):
             origin=f"/{names.WORLD}",
             name="Arena: robot, trail and each cell's action probabilities",
             line_grid=False,
-            overrides={f"/{_TRAIL}": rrb.VisibleTimeRanges(last(_TRAIL_S))},
+            overrides={f"/{_TRAIL}": rrb.VisibleTimeRanges(base.last(_TRAIL_S))},
             eye_controls=eye,
             background=list(BACKGROUND),
         )
-        return [Panel(Place.LEFT, panel, rank=1, share=3)]
+        return [base.Panel(base.Place.LEFT, panel, rank=1, share=3)]
 
     def log_static(self) -> None:
         """Log every visible geom as static shapes, every fixed body's pose, the tiles, and how wide the trail is."""
@@ -100,16 +89,16 @@ class Arena(View):
     def add(self, record: DecisionRecord, decision: int) -> None:
         """Keep the poses."""
         trajectory = record.move.trajectory
-        kept = kept_poses(len(trajectory), self.run.clock.control_period_s)
+        kept = base.kept_poses(len(trajectory), self.run.clock.control_period_s)
         self._poses.extend(trajectory[kept])
         self._counts.append(len(kept))
 
-    def send(self, rows: Rows) -> None:
+    def send(self, rows: base.Rows) -> None:
         """Send the chassis' poses, the wheels' turns, and a line strip per decision that moved."""
         poses, counts = self._poses.rows, self._counts.rows
         if not len(poses):
             return
-        index = at_poses(rows, poses[:, _TIME], counts)
+        index = base.at_poses(rows, poses[:, _TIME], counts)
         position_m = poses[:, _POSITION].astype(np.float32)
         quaternion = _xyzw(poses[:, _QUATERNION]).astype(np.float32)
         chassis = rr.Transform3D.columns(translation=position_m, quaternion=quaternion)
@@ -120,8 +109,10 @@ class Arena(View):
         moved = rows[counts > 0]
         position_m = position_m.copy()
         position_m[:, 2] = _TRAIL_HEIGHT_M
-        trail = rr.LineStrips3D.columns(strips=_strips(position_m, counts[counts > 0]), colors=outcome_colours(moved))
-        self.stream.send_columns(_TRAIL, at(moved, "start_s"), trail)
+        trail = rr.LineStrips3D.columns(
+            strips=_strips(position_m, counts[counts > 0]), colors=base.outcome_colours(moved)
+        )
+        self.stream.send_columns(_TRAIL, base.at(moved, "start_s"), trail)
 
     def move_target(self) -> None:
         """Move the target's shapes to their new cell."""

@@ -12,9 +12,8 @@ import rerun.blueprint as rrb
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, POPULATIONS
-from scla_mj.clock import Clock
-from scla_mj.config import Telemetry
-from scla_mj.grid import Grid, StartProtocol
+from scla_mj.checked import CheckedConfig
+from scla_mj.grid import Grid
 from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB
 from scla_mj.signals import TRAJECTORY_COLUMNS, Activity, DecisionRecord, Snapshot
 from scla_mj.telemetry import names
@@ -55,19 +54,25 @@ WHOLE_RUN: Final = rrb.TimeAxis(
 )
 
 
-class RunFacts(NamedTuple):
-    """What the views know of the run; `grid` and ceiling are those of the epoch, as the target may jump.
+class RecordedRun:
+    """What the views know of the run. `grid` and ceiling are those of its `epoch`, as the target may jump.
 
-    `model` is a compiled `mujoco.MjModel` to draw, `weight_max` the upper end of the weights' scale.
+    `model` is a compiled `mujoco.MjModel` to draw.
     """
 
-    mode: Telemetry
-    grid: Grid
-    clock: Clock
-    model: Any
-    protocol: StartProtocol
-    ceiling_hits_per_1000: float
-    weight_max: float
+    def __init__(self, checked: CheckedConfig, model: Any) -> None:
+        self.checked, self.config, self.clock, self.model = checked, checked.config, checked.clock, model
+        self.epoch = 1
+
+    @property
+    def grid(self) -> Grid:
+        """The arena's cells, and the target's place in this epoch."""
+        return self.checked.grid(self.epoch)
+
+    @property
+    def ceiling_hits_per_1000(self) -> float:
+        """What the best policy earns in this epoch."""
+        return self.checked.ceiling_hits_per_1000(self.epoch)
 
 
 class EpochCount(NamedTuple):
@@ -109,7 +114,7 @@ class View:
     `move_target` and `stop` the stream's time is set to the end of the last decision.
     """
 
-    def __init__(self, stream: rr.RecordingStream, run: RunFacts) -> None:
+    def __init__(self, stream: rr.RecordingStream, run: RecordedRun) -> None:
         self.stream, self.run = stream, run
         self.gathered: list[GrowableArray] = []
 
@@ -195,14 +200,12 @@ def count_spikes(activity: Activity) -> tuple[NDArray[np.int64], NDArray[np.int6
     """Return every population's spikes in the thinking window and in the whole decision."""
     if activity.counts is not None:
         return activity.counts
-    thinking = _counts(activity.spike_neuron[: activity.thinking_spikes])
-    return thinking, thinking + _counts(activity.spike_neuron[activity.thinking_spikes :])
-
-
-def _counts(neuron: NDArray[np.int32]) -> NDArray[np.int64]:
-    """Count by neuron, then by population: half the time of looking every spike's population up."""
-    counts: NDArray[np.int64] = np.add.reduceat(np.bincount(neuron, minlength=NEURON_COUNT), _STARTS)
-    return counts
+    # By neuron, then by population: half the time of looking every spike's population up.
+    thinking, whole = (
+        np.add.reduceat(np.bincount(neuron, minlength=NEURON_COUNT), _STARTS)
+        for neuron in (activity.spike_neuron[: activity.thinking_spikes], activity.spike_neuron)
+    )
+    return thinking, whole
 
 
 def outcome_colours(rows: Rows) -> NDArray[np.uint8]:
@@ -231,13 +234,14 @@ def last(seconds: float) -> list[rrb.VisibleTimeRange]:
     ]
 
 
-def curves(contents: list[str], name: str, **more: Any) -> rrb.TimeSeriesView:
-    """Return a panel of curves, with its legend in a `corner` unless `legend` is False."""
-    legend = rrb.PlotLegend(corner=more.pop("corner", rrb.Corner2D.LeftTop), visible=more.pop("legend", True))
-    return rrb.TimeSeriesView(origin="/", contents=contents, name=name, plot_legend=legend, **more)
+def curves(
+    contents: list[str], name: str, *, corner: rrb.Corner2D = rrb.Corner2D.LeftTop, legend: bool = True, **more: Any
+) -> rrb.TimeSeriesView:
+    """Return a panel of curves."""
+    plot_legend = rrb.PlotLegend(corner=corner, visible=legend)
+    return rrb.TimeSeriesView(origin="/", contents=contents, name=name, plot_legend=plot_legend, **more)
 
 
 def scrolling_curves(contents: list[str], name: str, **more: Any) -> rrb.TimeSeriesView:
-    """Return a panel of the curves' last minute."""
-    window = rrb.TimeAxis(view_range=rr.TimeRange(start=cursor(seconds=-_SCROLL_S), end=cursor()))
-    return curves(contents, name, axis_x=window, time_ranges=last(_SCROLL_S), **more)
+    """Return a panel of the curves' last minute. An axis of its own would be empty on the other timeline."""
+    return curves(contents, name, time_ranges=last(_SCROLL_S), **more)

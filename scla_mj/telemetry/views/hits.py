@@ -12,20 +12,7 @@ import rerun.blueprint as rrb
 from scla_mj.palette import HIT_COLOUR
 from scla_mj.signals import DecisionRecord
 from scla_mj.telemetry import names
-from scla_mj.telemetry.views.base import (
-    WHOLE_RUN,
-    EpochCount,
-    Panel,
-    Place,
-    Rows,
-    RunFacts,
-    View,
-    at,
-    curves,
-    log_line,
-    send_scalars,
-    set_time,
-)
+from scla_mj.telemetry.views import base
 
 _LEARNING: Final = "learning"
 _ROLLING: Final = "learning/last_100_decisions"
@@ -38,46 +25,46 @@ _CEILING_COLOUR: Final = (150, 156, 168)
 _END: Final = np.dtype([("duration_s", np.float64), ("position_error_m", np.float64), ("rolling", np.float64)])
 
 
-class Hits(View):
+class Hits(base.View):
     """Hits per 1000 decisions, and each decision's hit, outcome, duration and position error."""
 
-    def __init__(self, stream: rr.RecordingStream, run: RunFacts) -> None:
+    def __init__(self, stream: rr.RecordingStream, run: base.RecordedRun) -> None:
         super().__init__(stream, run)
         self._ends = self.gather(_END)
         self._recent: deque[bool] = deque(maxlen=_RECENT)
         self._ceiling_is_due = True
 
-    def panels(self) -> list[Panel]:
+    def panels(self) -> list[base.Panel]:
         """Return the learning curve of the whole run."""
-        learning = curves(
+        learning = base.curves(
             [f"/{_LEARNING}/**"],
             "Hits per 1000 decisions",
-            axis_x=WHOLE_RUN,
+            axis_x=base.WHOLE_RUN,
             axis_y=rrb.ScalarAxis(range=(0.0, 1.2 * self.run.ceiling_hits_per_1000)),
             corner=rrb.Corner2D.RightBottom,
         )
-        return [Panel(Place.TOP, learning, rank=1)]
+        return [base.Panel(base.Place.TOP, learning, rank=1)]
 
     def log_static(self) -> None:
         """Log each curve's name and colour."""
-        log_line(self.stream, _ROLLING, _LEARNING_COLOUR, "last 100 decisions", 1.0)
-        log_line(self.stream, names.EPOCH_HITS, HIT_COLOUR, "epoch", 2.5)
+        base.log_line(self.stream, _ROLLING, _LEARNING_COLOUR, "last 100 decisions", 1.0)
+        base.log_line(self.stream, names.EPOCH_HITS, HIT_COLOUR, "epoch", 2.5)
         dots = rr.SeriesPoints(colors=[HIT_COLOUR], names=["epoch"], markers="circle", marker_sizes=[5.0])
         self.stream.log(names.EPOCH_HITS, dots, static=True)
-        log_line(self.stream, names.CEILING, _CEILING_COLOUR, f"ceiling of {self.run.protocol}", 1.5)
+        base.log_line(self.stream, names.CEILING, _CEILING_COLOUR, f"ceiling of {self.run.config.protocol}", 1.5)
 
     def add(self, record: DecisionRecord, decision: int) -> None:
         """Keep how the decision ended; of the first, and the first after a jump, log the ceiling at its start."""
         if self._ceiling_is_due:
-            set_time(self.stream, record.time_s, decision, record.epoch)
+            base.set_time(self.stream, record.time_s, decision, record.epoch)
             self._log_ceiling()
         self._recent.append(record.hit)
         rolling = 1000 * sum(self._recent) / len(self._recent)
         self._ends.append((record.move.duration_s, record.move.position_error_m, rolling))
 
-    def send(self, rows: Rows) -> None:
+    def send(self, rows: base.Rows) -> None:
         """Send a value per decision and curve, at the decision's end."""
-        index, ends = at(rows, "end_s"), self._ends.rows
+        index, ends = base.at(rows, "end_s"), self._ends.rows
         for entity, values in (
             (_ROLLING, ends["rolling"]),
             (names.OUTCOME, rows["outcome"]),
@@ -85,9 +72,9 @@ class Hits(View):
             (names.POSITION_ERROR_M, ends["position_error_m"]),
             (names.HIT, rows["hit"]),
         ):
-            send_scalars(self.stream, entity, index, values)
+            base.send_scalars(self.stream, entity, index, values)
 
-    def end_epoch(self, count: EpochCount) -> None:
+    def end_epoch(self, count: base.EpochCount) -> None:
         """Log the epoch's point of the learning curve, and the ceiling up to there."""
         self.stream.log(names.EPOCH_HITS, rr.Scalars(count.hits_per_1000))
         self._log_ceiling()

@@ -14,7 +14,7 @@ from scla_mj.grid import Action, Grid
 from scla_mj.palette import ACTION_COLOURS
 from scla_mj.signals import Snapshot
 from scla_mj.telemetry import names
-from scla_mj.telemetry.views.base import Panel, Place, RunFacts, View
+from scla_mj.telemetry.views import base
 
 _POLICY: Final = f"{names.WORLD}/policy"
 _ARROW_REACH: Final = 0.40
@@ -24,14 +24,14 @@ _FAINT: Final = 0.02
 """Arrows of less probable actions are not drawn."""
 
 
-class Learned(View):
+class Learned(base.View):
     """The brain's memory."""
 
-    def __init__(self, stream: rr.RecordingStream, run: RunFacts) -> None:
+    def __init__(self, stream: rr.RecordingStream, run: base.RecordedRun) -> None:
         super().__init__(stream, run)
         self._logged: dict[str, int] = {}
 
-    def panels(self) -> list[Panel]:
+    def panels(self) -> list[base.Panel]:
         """Return the weight matrices; the policy is drawn in the arena."""
         mapping = rrb.TensorScalarMapping(colormap="inferno", mag_filter="nearest")
         matrices = [
@@ -39,13 +39,15 @@ class Learned(View):
             for name in PROJECTION_NAMES
         ]
         grid = rrb.Grid(*matrices, grid_columns=4, name="Weight matrices, last epoch's end")
-        return [Panel(Place.TABS, grid, rank=1)]
+        return [base.Panel(base.Place.TABS, grid, rank=1)]
 
     def remember(self, snapshot: Snapshot, decision: int) -> None:
         """Log each part once per decision, to the bit: nothing learns between a decision's end and the run's."""
         if snapshot.weights is not None and self._is_fresh("weights", decision):
             for name, matrix in zip(PROJECTION_NAMES, snapshot.weights, strict=True):
-                tensor = rr.Tensor(matrix, dim_names=("sensor", "motor"), value_range=[0.0, self.run.weight_max])
+                tensor = rr.Tensor(
+                    matrix, dim_names=("sensor", "motor"), value_range=[0.0, self.run.config.network.weight_max]
+                )
                 self.stream.log(f"{names.WEIGHT_MATRIX}/{name}", tensor)
         if snapshot.probabilities is not None and self._is_fresh("probabilities", decision):
             tensor = rr.Tensor(snapshot.probabilities, dim_names=("x", "y", "action"), value_range=[0.0, 1.0])

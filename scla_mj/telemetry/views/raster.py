@@ -18,25 +18,12 @@ from scla_mj.anatomy import INHIBITORY, MOTOR, NEURON_COUNT, POPULATION_NAMES, P
 from scla_mj.palette import BACKGROUND, POPULATION_COLOURS
 from scla_mj.signals import DecisionRecord
 from scla_mj.telemetry import names
-from scla_mj.telemetry.views.base import (
-    SIZES,
-    Panel,
-    Place,
-    Rows,
-    RunFacts,
-    View,
-    at,
-    at_poses,
-    count_spikes,
-    kept_poses,
-    last,
-    outcome_colours,
-)
+from scla_mj.telemetry.views import base
 
 _LABELS: Final = "brain/raster/labels"
 _MARGIN: Final = "brain/raster/margin"
 
-_POPULATION_OF: Final = np.repeat(np.arange(len(POPULATIONS), dtype=np.uint8), SIZES)
+_POPULATION_OF: Final = np.repeat(np.arange(len(POPULATIONS), dtype=np.uint8), base.SIZES)
 _STRIP_LENGTH_MS: Final = 1_000_000.0
 """Where x starts again at 0: a float32 still tells a sixteenth of a millisecond there."""
 _WINDOWS_SHOWN: Final = 13
@@ -56,12 +43,12 @@ _THOUGHT: Final = np.dtype([("counts", np.int64, (len(POPULATIONS),)), ("origin_
 """A decision with spikes: the kept ones by population, where along the raster it begins, and when it was posed."""
 
 
-class Raster(View):
+class Raster(base.View):
     """The spikes, and the thinking windows in the colours of how their moves ended."""
 
-    def __init__(self, stream: rr.RecordingStream, run: RunFacts) -> None:
+    def __init__(self, stream: rr.RecordingStream, run: base.RecordedRun) -> None:
         super().__init__(stream, run)
-        self._light = run.mode == "light"
+        self._light = run.config.telemetry == "light"
         self._window_ms = run.clock.thinking_steps * run.clock.neural_step_ms
         self._shown_ms = _WINDOWS_SHOWN * self._window_ms if self._light else _FULL_SHOWN_MS
         self._thoughts, self._pose_s = self.gather(_THOUGHT), self.gather(np.float64)
@@ -69,7 +56,7 @@ class Raster(View):
         self._start_s: float | None = None
         self._next_ms = 0.0
 
-    def panels(self) -> list[Panel]:
+    def panels(self) -> list[base.Panel]:
         """Return the last thinking windows side by side, or the last stretch of simulated time."""
         x_range = [-self._shown_ms, _LABELS_SHARE * self._shown_ms]
         height = _ASPECT * self._shown_ms
@@ -79,10 +66,10 @@ class Raster(View):
             contents=[f"/{names.SPIKES}/**", f"/{_LABELS}", f"/{_MARGIN}"],
             name=f"Spikes of 1000 neurons, {what}",
             visual_bounds=rrb.VisualBounds2D(x_range=x_range, y_range=[-0.02 * height, 1.02 * height]),
-            time_ranges=last(_WINDOWS_SHOWN * 2.0 if self._light else 3.0),
+            time_ranges=base.last(_WINDOWS_SHOWN * 2.0 if self._light else 3.0),
             background=list(BACKGROUND),
         )
-        return [Panel(Place.LEFT, panel, rank=2, share=2)]
+        return [base.Panel(base.Place.LEFT, panel, rank=2, share=2)]
 
     def log_static(self) -> None:
         """Log the colours and the labels, and cover what the robot has not lived through yet."""
@@ -118,22 +105,22 @@ class Raster(View):
         self._neuron.extend(activity.spike_neuron[:spikes])
         steps = activity.thinking_steps if self._light else activity.steps
         origin_ms = self._place(record.time_s, steps * self.run.clock.neural_step_ms)
-        thinking, whole = count_spikes(activity)
+        thinking, whole = base.count_spikes(activity)
         trajectory = record.move.trajectory
-        kept = kept_poses(0 if self._light else len(trajectory), self.run.clock.control_period_s)
+        kept = base.kept_poses(0 if self._light else len(trajectory), self.run.clock.control_period_s)
         self._pose_s.extend(trajectory[kept, 0])
         self._thoughts.append((thinking if self._light else whole, origin_ms, len(kept)))
 
-    def send(self, rows: Rows) -> None:
+    def send(self, rows: base.Rows) -> None:
         """Send a row per decision and population, at the time when the thinking window opened."""
         rows, thoughts = rows[rows["thinks"]], self._thoughts.rows
         if not len(rows):
             return
-        index, origins_ms = at(rows, "start_s"), thoughts["origin_ms"]
+        index, origins_ms = base.at(rows, "start_s"), thoughts["origin_ms"]
         middle = np.array([self._window_ms / 2, NEURON_COUNT / 2])
         centres = np.column_stack([origins_ms, np.zeros(len(rows))]) + middle
         half_sizes = np.tile(middle, (len(rows), 1))
-        boxes = rr.Boxes2D.columns(half_sizes=half_sizes, centers=centres, colors=outcome_colours(rows))
+        boxes = rr.Boxes2D.columns(half_sizes=half_sizes, centers=centres, colors=base.outcome_colours(rows))
         self.stream.send_columns(names.WINDOWS, index, boxes)
         counts = thoughts["counts"].T
         for name, points, lengths in zip(POPULATION_NAMES, self._points(thoughts), counts, strict=True):
@@ -144,7 +131,7 @@ class Raster(View):
         elif len(self._pose_s):
             poses, time_s = thoughts["poses"], self._pose_s.rows
             passed_ms = 1000 * (time_s - np.repeat(rows["start_s"], poses))
-            self._scroll(at_poses(rows, time_s, poses), np.repeat(origins_ms, poses) + passed_ms)
+            self._scroll(base.at_poses(rows, time_s, poses), np.repeat(origins_ms, poses) + passed_ms)
 
     def state(self) -> dict[str, Any]:
         """Return where the next decision goes."""

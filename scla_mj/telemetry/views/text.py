@@ -9,21 +9,21 @@ import rerun.blueprint as rrb
 
 from scla_mj.config import Telemetry
 from scla_mj.signals import DecisionRecord, Outcome
-from scla_mj.telemetry.views.base import EpochCount, Panel, Place, RunFacts, View, end_time_s, set_time
+from scla_mj.telemetry.views import base
 
 _ABOUT: Final = "about"
 _LOG: Final = "decisions/log"
 _KEPT: Final[dict[Telemetry, str]] = {"light": "the spikes of every thinking window", "full": "every spike"}
 
 
-class Text(View):
+class Text(base.View):
     """The page about the recording, and the log."""
 
-    def panels(self) -> list[Panel]:
+    def panels(self) -> list[base.Panel]:
         """Return two tabs."""
         log = rrb.TextLogView(origin=f"/{_LOG}", name="Log")
         about = rrb.TextDocumentView(origin=f"/{_ABOUT}", name="About")
-        return [Panel(Place.TABS, log, rank=3), Panel(Place.TABS, about, rank=4)]
+        return [base.Panel(base.Place.TABS, log, rank=3), base.Panel(base.Place.TABS, about, rank=4)]
 
     def log_static(self) -> None:
         """Log the page."""
@@ -33,11 +33,11 @@ class Text(View):
     def add(self, record: DecisionRecord, decision: int) -> None:
         """Log a move that failed."""
         if record.move.outcome is Outcome.FAILED:
-            set_time(self.stream, end_time_s(record), decision, record.epoch)
+            base.set_time(self.stream, base.end_time_s(record), decision, record.epoch)
             x, y = record.move.before
             self._say(f"the move {record.chosen.action.label} from cell ({x}, {y}) failed", rr.TextLogLevel.WARN)
 
-    def end_epoch(self, count: EpochCount) -> None:
+    def end_epoch(self, count: base.EpochCount) -> None:
         """Log the epoch's result."""
         share = 100 * count.hits_per_1000 / count.ceiling_hits_per_1000
         result = f"{count.hits} hits in {count.decisions} decisions, {share:.1f} % of the ceiling"
@@ -56,13 +56,13 @@ class Text(View):
         self.stream.log(_LOG, rr.TextLog(text, level=level))
 
 
-def _about(run: RunFacts) -> str:
+def _about(run: base.RecordedRun) -> str:
     """Return the page as Markdown."""
     columns, rows = run.grid.cells
     return f"""# A robot that learns to reach its target
 {columns} x {rows} cells of {run.grid.cell_size_m:g} m, target in cell ({run.grid.target.x}, {run.grid.target.y}).
-Protocol `{run.protocol}`, where a shortest path earns {run.ceiling_hits_per_1000:.1f} hits in 1000 decisions.
-Kept: {_KEPT[run.mode]} (telemetry `{run.mode}`).
+Protocol `{run.config.protocol}`, where a shortest path earns {run.ceiling_hits_per_1000:.1f} hits in 1000 decisions.
+Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
 
 - **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows:
   how probable each action is in each cell, yellow up, blue down, green left, pink right.

@@ -13,8 +13,8 @@ import synthetic_run
 from synthetic_run import open_recorder, record_run, records, snapshot
 
 from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
+from scla_mj.config import RunConfig, TaskConfig
 from scla_mj.errors import SclaError
-from scla_mj.grid import Cell, Grid
 from scla_mj.signals import Outcome
 from scla_mj.telemetry.reading.comparison import RunFiles, compare
 from scla_mj.telemetry.reading.reader import inspect_recording
@@ -172,11 +172,8 @@ def test_a_setting_that_is_not_the_recordings_is_named(folder, change, named):
 
 def test_a_jump_of_the_target_is_told_by_the_recording_alone(tmp_path):
     run = list(records(epochs=3, decisions=20, spikes=10, thinking_spikes=5))
-    with open_recorder(tmp_path / "r.rrd") as recorder:
-        for record in run:
-            if (record.epoch, record.decision) == (2, 1):
-                recorder.move_target(Grid((5, 5), Cell(1, 5), 0.3), ceiling_hits_per_1000=240.0)
-            recorder.write(record)
+    config = RunConfig(seed=7, task=TaskConfig(jump_epoch=2, jump_target=(1, 5)))
+    record_run(tmp_path / "r.rrd", "light", run, config=config)
     seen = inspect_recording(tmp_path / "r.rrd")
     assert seen.jumps == ((2, (1, 5)),)
     assert [epoch.ceiling_hits_per_1000 for epoch in seen.epochs] == [400.0, 240.0, 240.0]
