@@ -48,7 +48,7 @@ def test_an_interpreter_that_is_no_python_is_refused_with_the_line_that_makes_on
         sentence = refused("--peers", wrong)
         assert f"--peers {wrong} is no Python" in sentence
         assert INSTALL in sentence
-    assert "--peers is empty" in refused("--peers", "")
+    assert "--peers has no value" in refused("--peers", "")
     assert "is no file" in refused("--peers", tmp_path)
 
 
@@ -67,8 +67,8 @@ def test_a_worker_that_ends_without_a_result_is_told_in_a_sentence(tmp_path):
 def test_a_file_or_folder_that_cannot_be_written_is_refused(refused, tmp_path):
     (tmp_path / "file").write_text("mine")
     assert "is no folder" in refused("--json", tmp_path / "nowhere" / "y.json")
-    assert "is no folder" in refused("--json", tmp_path / "file" / "y.json")
-    assert "--json is empty" in refused("--json", "")
+    assert "is a file, not a folder" in refused("--json", tmp_path / "file" / "y.json")
+    assert "--json has no value" in refused("--json", "")
     assert "is a file" in refused("--out", tmp_path / "file")
     assert "is a file" in refused("--out", tmp_path / "file" / "below")
     assert {path.name for path in tmp_path.iterdir()} == {"file"}

@@ -78,7 +78,11 @@ def test_a_discarded_run_takes_its_own_files_with_it_and_nothing_else(tmp_path):
 
 
 def test_every_name_in_a_run_folder_is_guarded():
-    names = {value for name, value in vars(paths).items() if name.isupper() and not name.endswith(("_XML", "_PATTERN"))}
+    names = {
+        value
+        for name, value in vars(paths).items()
+        if name.isupper() and not name.endswith(("_XML", "_PATTERN", "LOCK"))
+    }
     assert names == set(RUN_FILES)
 
 
