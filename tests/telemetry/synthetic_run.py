@@ -12,7 +12,7 @@ import numpy as np
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, PROJECTIONS
 from scla_mj.checked import check
-from scla_mj.config import RunConfig, Telemetry
+from scla_mj.config import RunConfig, TaskConfig, Telemetry
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.paths import recording_part
 from scla_mj.signals import Activity, Decision, DecisionRecord, Move, Outcome, Percept, Snapshot
@@ -60,8 +60,9 @@ def open_recorder(
 
 
 def open_part(folder: Path, number: int, mode: Telemetry, *, seed: int = 7, **more: Any) -> RerunRecorder:
-    """Open a part of a recording under its own name."""
-    return open_recorder(folder / recording_part(number), mode, RunConfig(seed=seed), **more)
+    """Open a part of a recording under its own name, of a run whose target jumps."""
+    config = RunConfig(seed=seed, task=TaskConfig(jump_epoch=2, jump_target=(1, 5)))
+    return open_recorder(folder / recording_part(number), mode, config, **more)
 
 
 def record_run(

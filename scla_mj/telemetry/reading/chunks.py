@@ -7,7 +7,7 @@ import shutil
 import struct
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -77,6 +77,25 @@ class Chunk(NamedTuple):
         tensor = self.rows.column("Tensor:data")[-1].values[0]
         shape = tensor["shape"].as_py()
         return np.asarray(tensor["buffer"].value.values.to_numpy()).reshape(shape)
+
+
+class Rows(NamedTuple):
+    """Rows of one entity over a whole recording, by decision: (n,) each, `values` (n, k) for vectors."""
+
+    decision: NDArray[np.int64]
+    epoch: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+
+def join(chunks: Sequence[Chunk], component: str) -> Rows:
+    """Return the rows of chunks that each hold one value of a component per row."""
+    if not chunks:
+        return Rows(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+    rows = [(chunk.decision, chunk.epoch, chunk.time_s, chunk.values(component).astype(float)) for chunk in chunks]
+    decision, epoch, time_s, values = (np.concatenate(column) for column in zip(*rows, strict=True))
+    order = np.argsort(decision, kind="stable")
+    return Rows(decision[order], epoch[order], time_s[order], values[order])
 
 
 class EmptyRecordingError(SclaError):

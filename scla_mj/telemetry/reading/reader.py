@@ -1,24 +1,21 @@
-"""What a recording alone says about its run: one pass over its parts, in memory that does not grow with them."""
+"""What a recording alone says about its run: one pass over its parts, in some hundred bytes per decision."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES
+from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES, Population
 from scla_mj.errors import SclaError
 from scla_mj.signals import Outcome
 from scla_mj.telemetry import names
-from scla_mj.telemetry.reading.chunks import Chunk, faults_named
+from scla_mj.telemetry.reading.chunks import Chunk, Rows, faults_named, join
 from scla_mj.telemetry.reading.recording_parts import Part, open_parts
 from scla_mj.telemetry.views.base import EpochCount
-
-_SCALARS: Final = "Scalars:scalars"
-_POINTS: Final = "Points2D:positions"
-_TRANSLATION: Final = "Transform3D:translation"
 
 
 class Jump(NamedTuple):
@@ -29,7 +26,7 @@ class Jump(NamedTuple):
 
 
 class PopulationActivity(NamedTuple):
-    """A population's spikes and mean rate a neuron; over the whole run only if the recording is full."""
+    """A population's spikes and mean rate per neuron; over the whole run only if the recording is full."""
 
     name: str
     thinking_spikes: int
@@ -90,18 +87,13 @@ def inspect_recording(*parts: Path) -> Inspection:
         SclaError: a file is missing, empty, no recording of ours, of a newer layout, of another run, or damaged.
     """
     with open_parts(*parts) as opened:
-        first, last = opened[0], opened[-1]
-        mode = str(first.properties["telemetry"])
-        gathered = _Gathered()
+        gathered = _Gathered(opened)
         for part in opened:
             with faults_named(part.file.path):
-                gathered.open_part(_window_ends(part) if mode == "full" else None)
                 for chunk in part.chunks(_CONTENT):
                     gathered.take(chunk)
-        with faults_named(first.file.path):
-            if last.file.finished:
-                gathered.check(first.file.path)
-            return gathered.inspection(opened, mode)
+        with faults_named(opened[0].file.path):
+            return gathered.inspection()
 
 
 _CONTENT: Final = [
@@ -111,156 +103,112 @@ _CONTENT: Final = [
 ]
 
 
-def _window_ends(part: Part) -> dict[int, float]:
-    """Return where along the raster every decision's thinking window ends."""
-    ends: dict[int, float] = {}
-    half_ms = 1000 * part.properties["thinking_window_s"] / 2
-    for chunk in part.chunks([f"/{names.WINDOWS}"]):
-        if chunk.has("Boxes2D:centers"):
-            centres = chunk.values("Boxes2D:centers")[:, 0].astype(float)
-            ends.update(zip(chunk.decision.tolist(), (centres + half_ms).tolist(), strict=True))
-    return ends
-
-
 class _Gathered:
-    """The sums over chunks."""
+    """Sums of what is long, spikes and poses; of the rest the rows themselves, some hundred bytes per decision."""
 
-    def __init__(self) -> None:
-        self._window_ends: dict[int, float] | None = None
-        self._epochs: dict[int, tuple[int, int]] = {}
-        self._outcomes = dict.fromkeys(Outcome, 0)
-        self._max_error_m = 0.0
-        self._first_decision, self._last_decision = 2**63, 0
-        self._end_s, self._path_m, self._poses = 0.0, 0.0, 0
+    def __init__(self, parts: list[Part]) -> None:
+        self._parts, self._properties = parts, parts[0].properties
+        self._full = self._properties["telemetry"] == "full"
+        self._path_m, self._poses = 0.0, 0
+        self._window_ends: dict[int, float] = {}
         self._spikes = {population.name: [0, 0, 0] for population in POPULATIONS}
-        self._weights: dict[str, tuple[tuple[int, float], tuple[int, float]]] = {}
-        self._tensors: dict[str, tuple[int, NDArray[Any]]] = {}
-        self._ceilings: dict[int, float] = {}
-        self._offsets: dict[int, tuple[int, NDArray[np.float64]]] = {}
-
-    def open_part(self, window_ends: dict[int, float] | None) -> None:
-        """Begin with a file; `window_ends` is given for a full recording, whose spikes are not all of thinking."""
-        self._window_ends = window_ends
+        self._tensors: dict[str, Chunk] = {}
+        self._chunks: defaultdict[str, list[Chunk]] = defaultdict(list)
 
     def take(self, chunk: Chunk) -> None:
-        """Add one chunk to the sums of its entity."""
-        parent, _, name = chunk.entity.rpartition("/")
-        if parent == names.SPIKES and name in self._spikes and chunk.has(_POINTS):
-            self._take_spikes(name, chunk)
-        elif parent == names.WEIGHTS and chunk.has(_SCALARS):
-            self._take_weights(name, chunk)
+        """Take what is read of one chunk."""
+        if not chunk.has(names.DECISION):
+            return
+        if chunk.has(names.POINTS):
+            self._take_spikes(chunk)
+        elif chunk.entity == names.WINDOWS:  # sent before the spikes
+            half_ms = 1000 * self._properties["thinking_window_s"] / 2
+            ends = chunk.values(names.CENTRES)[:, 0].astype(float) + half_ms
+            self._window_ends.update(zip(chunk.decision.tolist(), ends.tolist(), strict=True))
+        elif chunk.entity == names.ROBOT:
+            # Within each decision: between two, the robot may have been put elsewhere.
+            steps_m = np.diff(chunk.values(names.TRANSLATION).astype(float), axis=0)[np.diff(chunk.decision) == 0]
+            self._path_m += float(np.linalg.norm(steps_m, axis=1).sum())
+            self._poses += len(chunk.rows)
         elif chunk.has("Tensor:data"):
-            self._take_tensor(chunk)
-        elif chunk.entity == names.ROBOT and chunk.has(_TRANSLATION):
-            self._take_poses(chunk)
-        elif chunk.entity == names.TARGET and chunk.has(_TRANSLATION) and chunk.has(names.DECISION):
-            offsets_m = chunk.values(_TRANSLATION).astype(float)
-            rows = zip(chunk.decision.tolist(), chunk.epoch.tolist(), offsets_m, strict=True)
-            self._offsets |= {decision: (epoch, offset_m) for decision, epoch, offset_m in rows}
-        elif chunk.entity == names.CEILING and chunk.has(_SCALARS):
-            self._ceilings.update(zip(chunk.epoch.tolist(), chunk.values(_SCALARS).tolist(), strict=True))
-        elif chunk.entity == names.HIT:
-            self._take_hits(chunk)
-        elif chunk.entity == names.OUTCOME:
-            codes = np.bincount(chunk.values(_SCALARS).astype(int), minlength=len(Outcome))
-            for outcome, code in names.OUTCOME_CODES.items():
-                self._outcomes[outcome] += int(codes[code])
-        elif chunk.entity == names.POSITION_ERROR_M:
-            self._max_error_m = float(np.fmax.reduce(np.abs(chunk.values(_SCALARS)), initial=self._max_error_m))
+            before = self._tensors.setdefault(chunk.entity, chunk)
+            if chunk.decision[-1] >= before.decision[-1]:
+                self._tensors[chunk.entity] = chunk
+        elif chunk.has(names.SCALARS) or chunk.entity == names.TARGET:
+            self._chunks[chunk.entity].append(chunk)
 
-    def check(self, path: Path) -> None:
-        """Refuse a closed recording in which decisions are missing."""
-        decisions = sum(count for count, _ in self._epochs.values())
-        expected = max(0, self._last_decision - self._first_decision + 1)
-        if decisions != expected or sum(self._outcomes.values()) != decisions:
+    def inspection(self) -> Inspection:
+        """Return what was gathered.
+
+        Raises:
+            SclaError: decisions are missing from a closed recording.
+        """
+        hits = join(self._chunks[names.HIT], names.SCALARS)
+        codes = join(self._chunks[names.OUTCOME], names.SCALARS).values
+        errors_m = join(self._chunks[names.POSITION_ERROR_M], names.SCALARS).values
+        curves = {name: self._chunks[f"{names.WEIGHTS}/{name}"] for name in PROJECTION_NAMES}
+        weights = {name: join(chunks, names.SCALARS).values for name, chunks in curves.items() if chunks}
+        found = (self._tensor(f"{names.WEIGHT_MATRIX}/{name}") for name in PROJECTION_NAMES)
+        matrices = [matrix for matrix in found if matrix is not None]
+        decisions, end_s = len(hits.decision), float(hits.time_s.max(initial=0.0))
+        expected = int(np.ptp(hits.decision)) + 1 if decisions else 0
+        finished, path = self._parts[-1].file.finished, self._parts[0].file.path
+        if finished and not decisions == expected == len(codes):
             raise SclaError(f"the recording {path} is damaged: it holds {decisions} of {expected} decisions")
-
-    def inspection(self, parts: list[Part], mode: str) -> Inspection:
-        """Return the sums."""
-        properties = parts[0].properties
-        matrices = [self._tensors.get(f"{names.WEIGHT_MATRIX}/{name}") for name in PROJECTION_NAMES]
-        probabilities = self._tensors.get(names.PROBABILITIES)
         return Inspection(
-            parts=tuple(part.file.path for part in parts),
-            mode=mode,
-            properties=properties,
-            finished=parts[-1].file.finished,
-            epochs=tuple(
-                EpochCount(epoch, *self._epochs[epoch], self._ceiling(epoch, properties))
-                for epoch in sorted(self._epochs)
-            ),
-            outcomes=self._outcomes,
-            max_position_error_m=self._max_error_m,
-            simulated_s=self._end_s,
+            parts=tuple(part.file.path for part in self._parts),
+            mode=self._properties["telemetry"],
+            properties=self._properties,
+            finished=finished,
+            epochs=self._epochs(hits),
+            outcomes={outcome: int((codes == code).sum()) for outcome, code in names.OUTCOME_CODES.items()},
+            max_position_error_m=float(np.fmax.reduce(np.abs(errors_m), initial=0.0)),
+            simulated_s=end_s,
             poses=self._poses,
             path_length_m=self._path_m,
-            populations=tuple(self._population(number, properties) for number in range(len(POPULATIONS))),
-            first_weights={name: first[1] for name, (first, _) in self._weights.items()},
-            last_weights={name: last[1] for name, (_, last) in self._weights.items()},
-            weights=None if None in matrices else np.stack([matrix[1] for matrix in matrices if matrix is not None]),
-            probabilities=None if probabilities is None else probabilities[1],
-            jumps=self._jumps(properties),
+            populations=tuple(self._population(population, end_s) for population in POPULATIONS),
+            first_weights={name: float(means[0]) for name, means in weights.items()},
+            last_weights={name: float(means[-1]) for name, means in weights.items()},
+            weights=np.stack(matrices) if len(matrices) == len(PROJECTION_NAMES) else None,
+            probabilities=self._tensor(names.PROBABILITIES),
+            jumps=self._jumps(),
         )
 
-    def _ceiling(self, epoch: int, properties: dict[str, Any]) -> float:
-        """Return the ceiling of an epoch: it is logged where an epoch ends and where it changes."""
-        known = [logged for logged in self._ceilings if logged <= epoch]
-        return self._ceilings[max(known)] if known else float(properties["ceiling_hits_per_1000"])
+    def _epochs(self, hits: Rows) -> tuple[EpochCount, ...]:
+        """Count by epoch; a ceiling is logged where an epoch ends and where it changes."""
+        logged = join(self._chunks[names.CEILING], names.SCALARS)
+        counts = []
+        for epoch in np.unique(hits.epoch).tolist():
+            here, known = hits.values[hits.epoch == epoch], logged.values[logged.epoch <= epoch]
+            ceiling = known[-1] if len(known) else self._properties["ceiling_hits_per_1000"]
+            counts.append(EpochCount(epoch, len(here), int(here.sum()), float(ceiling)))
+        return tuple(counts)
 
-    def _jumps(self, properties: dict[str, Any]) -> tuple[Jump, ...]:
-        """Return the target's cells after the first: a jump is logged at the last decision before it."""
-        (x, y), size_m = properties["target"], properties["cell_size_m"]
-        return tuple(
-            Jump(epoch + 1 if decision else epoch, (x + round(offset[0] / size_m), y + round(offset[1] / size_m)))
-            for decision, (epoch, offset) in sorted(self._offsets.items())
-        )
+    def _jumps(self) -> tuple[Jump, ...]:
+        """Return the target's cells after the first: a jump is logged at the last decision before it, maybe again."""
+        rows, (x, y) = join(self._chunks[names.TARGET], names.TRANSLATION), self._properties["target"]
+        offsets = np.rint(rows.values.reshape(-1, 3)[:, :2] / self._properties["cell_size_m"]).astype(int).tolist()
+        epochs = rows.epoch + (rows.decision > 0)
+        cells = {epoch: (x + dx, y + dy) for epoch, (dx, dy) in zip(epochs.tolist(), offsets, strict=True)}
+        return tuple(Jump(*where) for where in cells.items())
 
-    def _population(self, number: int, properties: dict[str, Any]) -> PopulationActivity:
-        population = POPULATIONS[number]
+    def _population(self, population: Population, end_s: float) -> PopulationActivity:
         decisions, thinking, whole = self._spikes[population.name]
-        window_s = decisions * properties["thinking_window_s"]
+        window_s = decisions * self._properties["thinking_window_s"]
         rate_hz = thinking / (population.size * window_s) if decisions else 0.0
-        if self._window_ends is None:
+        if not self._full:
             return PopulationActivity(population.name, thinking, rate_hz, None, None)
-        whole_hz = whole / (population.size * self._end_s) if self._end_s else 0.0
+        whole_hz = whole / (population.size * end_s) if end_s else 0.0
         return PopulationActivity(population.name, thinking, rate_hz, whole, whole_hz)
 
-    def _take_spikes(self, name: str, chunk: Chunk) -> None:
-        lengths = chunk.lengths(_POINTS)
-        thinking = int(lengths.sum())
-        if self._window_ends is not None:
+    def _take_spikes(self, chunk: Chunk) -> None:
+        lengths = chunk.lengths(names.POINTS)
+        thinking = whole = int(lengths.sum())
+        if self._full:
             ends = np.repeat([self._window_ends[decision] for decision in chunk.decision.tolist()], lengths)
-            thinking = int(np.count_nonzero(chunk.values(_POINTS)[:, 0] < ends))
-        sums = self._spikes[name]
-        sums[0] += len(lengths)
-        sums[1] += thinking
-        sums[2] += int(lengths.sum())
+            thinking = int(np.count_nonzero(chunk.values(names.POINTS)[:, 0] < ends))
+        sums = self._spikes[chunk.entity.rpartition("/")[2]]
+        sums[:] = sums[0] + len(lengths), sums[1] + thinking, sums[2] + whole
 
-    def _take_weights(self, name: str, chunk: Chunk) -> None:
-        rows = list(zip(chunk.decision.tolist(), chunk.values(_SCALARS).tolist(), strict=True))
-        first, last = min(rows), max(rows)
-        if name in self._weights:
-            first, last = min(first, self._weights[name][0]), max(last, self._weights[name][1])
-        self._weights[name] = first, last
-
-    def _take_tensor(self, chunk: Chunk) -> None:
-        decision = int(chunk.decision[-1])
-        if chunk.entity not in self._tensors or decision >= self._tensors[chunk.entity][0]:
-            self._tensors[chunk.entity] = decision, chunk.last_tensor()
-
-    def _take_poses(self, chunk: Chunk) -> None:
-        """Add up the way within each decision: between two, the robot may have been put elsewhere."""
-        position_m = chunk.values(_TRANSLATION).astype(float)
-        within = np.diff(chunk.decision) == 0
-        self._path_m += float(np.linalg.norm(np.diff(position_m, axis=0)[within], axis=1).sum())
-        self._poses += len(position_m)
-
-    def _take_hits(self, chunk: Chunk) -> None:
-        hits, epochs, decisions = chunk.values(_SCALARS), chunk.epoch, chunk.decision
-        for epoch in np.unique(epochs).tolist():
-            here = epochs == epoch
-            before = self._epochs.get(epoch, (0, 0))
-            self._epochs[epoch] = before[0] + int(here.sum()), before[1] + int(hits[here].sum())
-        self._first_decision = min(self._first_decision, int(decisions.min()))
-        self._last_decision = max(self._last_decision, int(decisions.max()))
-        self._end_s = max(self._end_s, float(chunk.time_s.max()))
+    def _tensor(self, entity: str) -> NDArray[Any] | None:
+        return self._tensors[entity].last_tensor() if entity in self._tensors else None

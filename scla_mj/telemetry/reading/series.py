@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -14,15 +14,8 @@ from scla_mj.anatomy import POPULATION_NAMES, PROJECTION_NAMES
 from scla_mj.errors import SclaError
 from scla_mj.signals import WeightCurve
 from scla_mj.telemetry import names
-from scla_mj.telemetry.reading.chunks import Chunk, faults_named
+from scla_mj.telemetry.reading.chunks import Chunk, faults_named, join
 from scla_mj.telemetry.reading.recording_parts import Part, open_parts
-
-_POINTS: Final = "Points2D:positions"
-_CENTRES: Final = "Boxes2D:centers"
-_HALF_SIZES: Final = "Boxes2D:half_sizes"
-_SCALARS: Final = "Scalars:scalars"
-_TRANSLATION: Final = "Transform3D:translation"
-_QUATERNION: Final = "Transform3D:quaternion"
 
 
 class DecisionSpikes(NamedTuple):
@@ -53,10 +46,10 @@ def decision_spikes(parts: Sequence[Path], decision: int) -> DecisionSpikes:
         step_ms = float(part.properties["neural_step_ms"])
         name = chunk.entity.rpartition("/")[2]
         if chunk.entity == names.WINDOWS:
-            origin_ms = float(chunk.values(_CENTRES)[0, 0] - chunk.values(_HALF_SIZES)[0, 0])
+            origin_ms = float(chunk.values(names.CENTRES)[0, 0] - chunk.values(names.HALF_SIZES)[0, 0])
             started_s = float(chunk.time_s[0])
-        elif name in POPULATION_NAMES and chunk.has(_POINTS):
-            points = chunk.values(_POINTS)
+        elif name in POPULATION_NAMES and chunk.has(names.POINTS):
+            points = chunk.values(names.POINTS)
             time_ms.append(points[:, 0].astype(float))
             neurons.append(points[:, 1])
             labels.append(np.full(len(points), name))
@@ -75,13 +68,13 @@ def decision_trajectory(parts: Sequence[Path], decision: int) -> DecisionTraject
     Raises:
         SclaError: the recording is damaged or has no such decision.
     """
-    found = [chunk for _, chunk in _rows(parts, [f"/{names.ROBOT}"], decision) if chunk.has(_TRANSLATION)]
+    found = [chunk for _, chunk in _rows(parts, [f"/{names.ROBOT}"], decision) if chunk.has(names.TRANSLATION)]
     if not found:
         raise _missing(parts, decision, "poses")
-    x, y, z, w = np.concatenate([chunk.values(_QUATERNION) for chunk in found]).astype(float).T
+    x, y, z, w = np.concatenate([chunk.values(names.QUATERNION) for chunk in found]).astype(float).T
     return DecisionTrajectory(
         np.concatenate([chunk.time_s for chunk in found]),
-        np.concatenate([chunk.values(_TRANSLATION) for chunk in found]).astype(float),
+        np.concatenate([chunk.values(names.TRANSLATION) for chunk in found]).astype(float),
         np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
     )
 
@@ -92,36 +85,33 @@ def weight_curve(parts: Sequence[Path]) -> WeightCurve | None:
     Raises:
         SclaError: the recording is damaged.
     """
-    series: dict[str, list[Chunk]] = {name: [] for name in PROJECTION_NAMES}
-    with open_parts(*parts) as opened:
-        for part in opened:
-            with faults_named(part.file.path):
-                for chunk in part.chunks([f"/{names.WEIGHTS}/**"]):
-                    if chunk.has(_SCALARS):
-                        series[chunk.entity.rpartition("/")[2]].append(chunk)
-    if not all(series.values()):
+    chunks: dict[str, list[Chunk]] = {name: [] for name in PROJECTION_NAMES}
+    for _, chunk in _chunks(parts, [f"/{names.WEIGHTS}/**"]):
+        if chunk.has(names.SCALARS):
+            chunks[chunk.entity.rpartition("/")[2]].append(chunk)
+    if not all(chunks.values()):
         return None
-    first = series[PROJECTION_NAMES[0]]
-    order = np.argsort(np.concatenate([chunk.decision for chunk in first]))
-    means = [np.concatenate([chunk.values(_SCALARS) for chunk in chunks])[order] for chunks in series.values()]
-    return WeightCurve(
-        np.concatenate([chunk.decision for chunk in first])[order],
-        np.concatenate([chunk.time_s for chunk in first])[order],
-        np.column_stack(means).astype(float),
-    )
+    rows = [join(found, names.SCALARS) for found in chunks.values()]
+    return WeightCurve(rows[0].decision, rows[0].time_s, np.column_stack([means.values for means in rows]))
 
 
-def _rows(parts: Sequence[Path], content: list[str], decision: int) -> Iterator[tuple[Part, Chunk]]:
-    """Yield one decision's rows of the entities that match."""
+def _chunks(parts: Sequence[Path], content: list[str]) -> Iterator[tuple[Part, Chunk]]:
+    """Yield the chunks of the entities that match, each with its part."""
     with open_parts(*parts) as opened:
         for part in opened:
             with faults_named(part.file.path):
                 for chunk in part.chunks(content):
-                    if chunk.has(names.DECISION) and (wanted := chunk.decision == decision).any():
-                        yield part, chunk._replace(rows=chunk.rows.filter(pa.array(wanted)))
+                    yield part, chunk
 
 
-def _missing(parts: Sequence[Path], decision: int, what: Any) -> SclaError:
+def _rows(parts: Sequence[Path], content: list[str], decision: int) -> Iterator[tuple[Part, Chunk]]:
+    """Yield one decision's rows of the entities that match."""
+    for part, chunk in _chunks(parts, content):
+        if chunk.has(names.DECISION) and (wanted := chunk.decision == decision).any():
+            yield part, chunk._replace(rows=chunk.rows.filter(pa.array(wanted)))
+
+
+def _missing(parts: Sequence[Path], decision: int, what: str) -> SclaError:
     return SclaError(
         f"the recording {parts[0]} holds no {what} of decision {decision}: the run was stopped before it, or its brain "
         "has none"
