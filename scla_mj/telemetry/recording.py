@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import rerun as rr
 
@@ -75,7 +74,8 @@ class RerunRecorder:
         for view in self._views:
             view.add(record, self._decision)
         self._remember(snapshot)
-        if len(self._decisions) >= _DECISIONS_A_FLUSH or self._waiting_bytes() >= _BYTES_A_FLUSH:
+        waiting = len(self._decisions)
+        if waiting >= _DECISIONS_A_FLUSH or (waiting % 10 == 0 and self._waiting_bytes() >= _BYTES_A_FLUSH):
             self._send()
 
     def end_epoch(self, *, hits: int, decisions: int) -> None:
@@ -133,14 +133,6 @@ class RerunRecorder:
         finally:
             self._stream.disconnect()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _set_time(self) -> None:
         """Set the stream's time to the end of the last decision, or to the run's start."""
         set_time(self._stream, self._end_s, self._decision, self._run.epoch)
@@ -181,7 +173,6 @@ class RerunRecorder:
 
 
 def _open(path: Path, stream: rr.RecordingStream, blueprint: Any) -> None:
-    """Open the file. A live view is one more sink here: a `GrpcServerSink` on loopback never stalls a run."""
     if path.exists():
         raise SclaError(f"the recording {path} exists already: choose another run folder")
     _check_room(path)

@@ -50,16 +50,26 @@ MODEL_XML = """
 """
 
 
+class Recorder(RerunRecorder):
+    """Closed at the end of a `with` block."""
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
 def open_recorder(
     path: Path, mode: Telemetry = "light", config: RunConfig | None = None, *, run_id: str = "a run", first: int = 1
-) -> RerunRecorder:
+) -> Recorder:
     """Open the recording of a run that has no robot but that of `MODEL_XML`."""
     checked = check(dataclasses.replace(config or RunConfig(seed=7), telemetry=mode))
     model = mujoco.MjModel.from_xml_string(MODEL_XML)
-    return RerunRecorder(path, checked, model=model, run_id=run_id, first_decision=first)
+    return Recorder(path, checked, model=model, run_id=run_id, first_decision=first)
 
 
-def open_part(folder: Path, number: int, mode: Telemetry, *, seed: int = 7, **more: Any) -> RerunRecorder:
+def open_part(folder: Path, number: int, mode: Telemetry, *, seed: int = 7, **more: Any) -> Recorder:
     """Open a part of a recording under its own name, of a run whose target jumps."""
     config = RunConfig(seed=seed, task=TaskConfig(jump_epoch=2, jump_target=(1, 5)))
     return open_recorder(folder / recording_part(number), mode, config, **more)

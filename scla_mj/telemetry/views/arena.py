@@ -90,7 +90,7 @@ class Arena(base.View):
         """Keep the poses."""
         trajectory = record.move.trajectory
         kept = base.kept_poses(len(trajectory), self.run.clock.control_period_s)
-        self._poses.extend(trajectory[kept])
+        self._poses.extend(trajectory.take(kept, axis=0))
         self._counts.append(len(kept))
 
     def send(self, rows: base.Rows) -> None:
