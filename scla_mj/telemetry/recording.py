@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,7 +18,7 @@ from scla_mj.telemetry.dashboard import build_dashboard
 from scla_mj.telemetry.growable_array import GrowableArray
 from scla_mj.telemetry.growth import Growth
 from scla_mj.telemetry.views import VIEWS
-from scla_mj.telemetry.views.base import DECISION, EpochCount, RecordedRun, end_time_s, set_time
+from scla_mj.telemetry.views.base import DECISION, EpochCount, RecordedRun, View, end_time_s, set_time
 
 _DECISIONS_A_FLUSH: Final = 1000
 """Columns this long cost 31 bytes a number on disk where single rows cost 1300; of shorter ones Rerun keeps more."""
@@ -41,15 +42,25 @@ class RerunRecorder:
         model: the compiled `mujoco.MjModel` to draw.
         run_id: the recording's identity; a resumed run's next part carries the same one.
         first_decision: the first one that the file will hold, counted over the run: above 1 for a later part.
+        views: what is recorded, in the order in which it is sent.
 
     Raises:
         SclaError: the file exists already or cannot be written.
     """
 
-    def __init__(self, path: Path, checked: CheckedConfig, *, model: Any, run_id: str, first_decision: int = 1) -> None:
+    def __init__(
+        self,
+        path: Path,
+        checked: CheckedConfig,
+        *,
+        model: Any,
+        run_id: str,
+        first_decision: int = 1,
+        views: Sequence[type[View]] = VIEWS,
+    ) -> None:
         self._path, self._run = Path(path), RecordedRun(checked, model)
         self._stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
-        self._views = [view(self._stream, self._run) for view in VIEWS]
+        self._views = [view(self._stream, self._run) for view in views]
         _open(self._path, self._stream, build_dashboard(panel for view in self._views for panel in view.panels()))
         self._stream.send_property(names.PROPERTIES, rr.AnyValues(**_properties(self._run, first_decision)))
         for view in self._views:
