@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import shutil
 import struct
 import tempfile
@@ -106,7 +107,7 @@ class EmptyRecordingError(SclaError):
 def open_recording(path: Path, *, untrusted: bool = True) -> Iterator[RecordingFile]:
     """Open a recording of ours; one that a killed run left is read up to its last whole chunk.
 
-    An untrusted file is first decoded in a process of its own, which takes about half a second.
+    An untrusted file is first decoded in a process of its own, once, which takes about half a second.
 
     Raises:
         SclaError: the file is missing, empty, no Rerun recording, not ours, or damaged.
@@ -114,7 +115,8 @@ def open_recording(path: Path, *, untrusted: bool = True) -> Iterator[RecordingF
     finished = _check_header(path)
     with contextlib.ExitStack() as stack:
         readable = path if finished else stack.enter_context(_without_the_cut(path))
-        if untrusted and not survives_decoding(readable):
+        status = readable.stat()
+        if untrusted and not _is_decodable(readable, status.st_ino, status.st_size, status.st_mtime_ns):
             raise SclaError(f"the recording {path} is damaged: its data cannot be decoded")
         with faults_named(path):
             reader = _quietly(rr.chunk.RrdReader, readable)
@@ -126,6 +128,12 @@ def open_recording(path: Path, *, untrusted: bool = True) -> Iterator[RecordingF
         if stores[0].application_id != names.APPLICATION:
             raise SclaError(f"{path} was recorded by {stores[0].application_id!r}, not by scla-mj")
         yield RecordingFile(path, reader, finished, stores[0].recording_id)
+
+
+@functools.lru_cache
+def _is_decodable(path: Path, *_: int) -> bool:
+    """Try it once for as long as the file stays the same."""
+    return survives_decoding(path)
 
 
 class RecordingFile:

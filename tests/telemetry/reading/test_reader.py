@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -230,8 +231,9 @@ def test_bytes_that_abort_the_decoder_are_refused_in_a_sentence(folder, tmp_path
     # Whether bad bytes abort or raise depends on where they fall: this decoder always aborts.
     (tmp_path / "rerun_bindings.py").write_text("import os; os.abort()")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    shutil.copy(folder / "light.rrd", tmp_path)  # one that was not decoded before
     with pytest.raises(SclaError, match=r"light\.rrd is damaged: its data cannot be decoded$"):
-        inspect_recording(folder / "light.rrd")
+        inspect_recording(tmp_path / "light.rrd")
 
 
 def test_a_damaged_recording_is_refused_in_a_sentence(folder, tmp_path):
