@@ -60,7 +60,7 @@ def build_brain(checked: CheckedConfig) -> Brain:
     """
     config = checked.config
     kind = find_brain(config.brain)
-    settings = _own_settings(kind, config)
+    settings = own_settings(kind, config)
     _refuse_unread(kind, config)
     build: Callable[..., Brain] = kind
     try:
@@ -81,7 +81,12 @@ def find_brain(name: str) -> type[Brain]:
     return BRAINS.get(name) or _imported(name)
 
 
-def _own_settings(brain: type[Brain], config: RunConfig) -> Any:
+def own_settings(brain: type[Brain], config: RunConfig) -> Any:
+    """Return the settings that a brain's class has of its own, or None.
+
+    Raises:
+        SclaError: they cannot be taken.
+    """
     kind = brain.Settings
     if kind is None:
         if config.brain_settings:

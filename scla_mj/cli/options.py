@@ -12,7 +12,6 @@ from typing import Any, Final
 import tyro
 
 from scla_mj.cli.words import HELP, sort_words, syntax_of
-from scla_mj.disturbances import figures_of
 from scla_mj.errors import SclaError
 
 EXIT_BAD_INPUT: Final = 2
@@ -20,7 +19,6 @@ _ABOUT: Final = (
     "Spiking-based Cellular Learning Automata on a robot in MuJoCo. --version prints the version; "
     "--tyro-print-completion bash, zsh or fish a completion script for the shell."
 )
-_DISTURB: Final = "--disturb"
 _COMPLETION: Final = "--tyro-print-completion"
 
 
@@ -36,17 +34,20 @@ def parse(commands: Mapping[str, Any], words: list[str], *, prog: str) -> Any:
         return tyro.extras.subcommand_cli_from_dict(dict(commands), prog=prog, description=_ABOUT, args=words)
     if first not in commands:
         raise SclaError(_no_command(first, commands, prog))
-    command, words = commands[first], words[1:]
+    command, words, default = commands[first], words[1:], None
+    if hasattr(command, "start"):
+        command, default = command.start(words)
+    call: dict[str, Any] = {"prog": f"{prog} {first}", "default": default or tyro.MISSING_NONPROP}
     if any(word in HELP for word in itertools.takewhile(lambda word: word != "--", words)):
-        return tyro.cli(command, prog=f"{prog} {first}", args=HELP[:1])
+        return tyro.cli(command, args=HELP[:1], **call)
     line = sort_words(syntax_of(command), words)
-    _fill_in_figures(line.options)
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            return tyro.cli(command, prog=f"{prog} {first}", args=line.words(), config=(tyro.conf.DisallowNone,))
+            options = tyro.cli(command, args=line.words(), config=(tyro.conf.DisallowNone,), **call)
     except SystemExit:
         raise SclaError(" ".join(complaint.getvalue().split())) from None
+    return options.finish(line.options) if hasattr(options, "finish") else options
 
 
 def _no_command(word: str, commands: Mapping[str, Any], prog: str) -> str:
@@ -57,10 +58,3 @@ def _no_command(word: str, commands: Mapping[str, Any], prog: str) -> str:
         return f"{word} stands before the command: options go after it; {choice}"
     near = difflib.get_close_matches(word, commands, n=1)
     return f"{word} is no command: " + (f"did you mean {near[0]}?" if near else choice)
-
-
-def _fill_in_figures(given: dict[str, list[str]]) -> None:
-    """Add the figures that `--disturb` stands for, but for settings that are given themselves."""
-    for setting, value in figures_of(given.get(_DISTURB, [])).items():
-        figures = value if isinstance(value, tuple) else (value,)
-        given.setdefault(f"--disturbance.{setting.replace('_', '-')}", [str(figure) for figure in figures])

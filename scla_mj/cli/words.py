@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import itertools
 import types
 import typing
 from collections import deque
@@ -25,6 +26,7 @@ _END: Final = "--"
 """What follows is no option, whatever it begins with."""
 _TRUTHS: Final = {"true", "false", "yes", "no", "on", "off", "0", "1"}
 _SPECIAL_NUMBERS: Final = {"inf", "infinity", "nan"}
+_WANTED: Final = {int: "a whole number", float: "a number", str: "a name", Path: "a path"}
 _PLURALS: Final = {int: "whole numbers", float: "numbers"}
 
 
@@ -46,7 +48,7 @@ class Option(NamedTuple):
             return f"pairs of {_PLURALS.get(self.kind, 'values')}"
         if self.size > 1:
             return f"{self.size} {_PLURALS.get(self.kind, 'values')}"
-        return {int: "a whole number", float: "a number"}.get(self.kind, "a value")
+        return _WANTED.get(self.kind, "a value")
 
 
 class Syntax(NamedTuple):
@@ -135,6 +137,15 @@ def sort_words(syntax: Syntax, words: Sequence[str]) -> Line:
     names = _positional_names(syntax, line.positionals)
     paths = [str(checked_path(word, name)) for name, word in zip(names, line.positionals, strict=False)]
     return line._replace(positionals=paths)
+
+
+def value_of(words: Sequence[str], name: str) -> str | None:
+    """Return what follows an option, before the words are sorted; None if it is not there."""
+    before = list(itertools.takewhile(lambda word: word != _END, words))
+    for word, following in itertools.pairwise([*before, ""]):
+        if word == name or word.startswith(f"{name}="):
+            return word.partition("=")[2] or following
+    return None
 
 
 def _is_option(word: str) -> bool:

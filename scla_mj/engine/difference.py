@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from scla_mj.config import flatten
+from scla_mj.config import RunConfig, flatten, option_of
 
 if TYPE_CHECKING:
     from scla_mj.engine.inspection import RunInspection
@@ -80,13 +80,19 @@ def compare_runs(one: RunInspection, other: RunInspection) -> RunDifference:
     """Compare two runs that are not damaged, as `inspect_run` returned them."""
     assert one.run is not None and other.run is not None
     return RunDifference(
-        settings=_differing(flatten(one.run.config), flatten(other.run.config)),
+        settings=_differing(_options(one.run.config), _options(other.run.config)),
         versions=_differing(one.run.versions, other.run.versions),
         rows=(one.made, other.made),
         decisions=_first_difference(one.decisions, other.decisions),
         summary=_differing(_figures(one), _figures(other)),
         brains=tuple(name for name in ("weights", "probabilities") if _array(one, name) != _array(other, name)),
     )
+
+
+def _options(config: RunConfig) -> dict[str, Any]:
+    """Return every setting by its option's name, those of the brain's own too."""
+    options = flatten(config) | {f"brain.{option_of(name)}": value for name, value in config.brain_settings.items()}
+    return {name: value for name, value in options.items() if name != "brain-settings"}
 
 
 def _differing(one: dict[str, Any], other: dict[str, Any]) -> dict[str, tuple[Any, Any]]:

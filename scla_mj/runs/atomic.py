@@ -97,7 +97,8 @@ def read_json(path: Path, *, by_hand: bool = False) -> dict[str, Any]:
     if by_hand and DIGEST not in content:
         return content
     if content.pop(DIGEST, None) != _digest(content):
-        raise SclaError(f"{path} is damaged: it does not fit its own digest; fetch a sound copy")
+        remedy = ", or take the digest out of a file that you changed" if by_hand else ""
+        raise SclaError(f"{path} is damaged: it does not fit its own digest; fetch a sound copy{remedy}")
     return content
 
 

@@ -128,19 +128,34 @@ def open_run(path: Path) -> Run:
     return Run(path, config, read_json(path / paths.CONFIG_JSON))
 
 
+def read_settings(path: Path) -> RunConfig:
+    """Return settings to start a run from: those of a run folder, or of a JSON file such as its `config.json`.
+
+    What a file that was written by hand leaves out takes its default.
+
+    Raises:
+        SclaError: the file is missing or damaged, or a key or value is not possible; the sentence names it.
+    """
+    if path.is_dir():
+        return open_run(path).config
+    return validated(RunConfig, _settings(read_json(path, by_hand=True)), spell=spelling(path))
+
+
 def load_config(path: Path) -> RunConfig:
     """Return the configuration that a `config.json` holds, checked like one from the command line.
 
     Raises:
         SclaError: the file is missing or damaged, or a key or value is not possible; the sentence names it.
     """
-    content = read_json(path)
-    settings: dict[str, Any] = {key: value for key, value in content.items() if key not in _OF_THE_RUN}
-    config = validated(RunConfig, settings, spell=spelling(path), complete=True)
+    config = validated(RunConfig, _settings(read_json(path)), spell=spelling(path), complete=True)
     try:
         return check(config).config
     except SclaError as error:
         raise SclaError(f"{path}: {error}") from error
+
+
+def _settings(content: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in content.items() if key not in _OF_THE_RUN}
 
 
 def _claim(path: Path) -> None:
