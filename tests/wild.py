@@ -87,5 +87,13 @@ def command_lines(draw: st.DrawFn) -> list[str]:
             continue
         wild = st.lists(st.sampled_from(WILD), max_size=3)
         is_wild = draw(st.integers(0, 9)) == 0
-        line += [f"--{option}", *draw(wild if is_wild else words(option, types[option], defaults[option]))]
+        line += draw(spellings(option, draw(wild if is_wild else words(option, types[option], defaults[option]))))
     return line
+
+
+@st.composite
+def spellings(draw: st.DrawFn, option: str, values: list[str]) -> list[str]:
+    """Draw how an option and its values are written: with `=`, with underscores, one time in twenty twice."""
+    name = f"--{draw(st.sampled_from([option, option, option.replace('-', '_')]))}"
+    written = [f"{name}={values[0]}", *values[1:]] if values and draw(st.booleans()) else [name, *values]
+    return written * (2 if draw(st.integers(0, 19)) == 0 else 1)

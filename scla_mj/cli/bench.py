@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import importlib
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NoReturn
 
 from scla_mj.errors import SclaError
 
@@ -15,10 +16,11 @@ _CHECKOUT: Final = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True)
 class Bench:
-    """Time a run against its bare parts, other simulators and larger networks; only from a checkout."""
+    """Time a run and its bare parts, other simulators and larger networks; only from a checkout."""
 
-    def run(self) -> int:
-        """Refuse: an installed package has no benchmarks."""
+    @classmethod
+    def start(cls, words: Sequence[str]) -> NoReturn:
+        """Refuse, whatever the options: an installed package has no benchmarks."""
         raise SclaError("the benchmarks are not installed with the package: run this command from a git checkout")
 
 

@@ -32,7 +32,7 @@ class Inspect:
     verbose: bool = False
     """Print every table: hits, spikes, weights, and each figure that was compared."""
     json: bool = False
-    """Print one JSON object instead (docs/trust.md lists its keys)."""
+    """Print one JSON object instead (docs/command-line.md lists its keys)."""
 
     def run(self) -> int:
         """Print the verdict and what the run holds; return the exit code.

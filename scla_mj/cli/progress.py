@@ -1,4 +1,4 @@
-"""The bar that runs along with a rollout."""
+"""The progress bar of a rollout."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ class RolloutProgress:
         self._done = 0
 
     def update(self, record: DecisionRecord, tally: Tally) -> None:
-        """Move on to a decision; the first one brings the bar up, so that a refusal stands alone."""
+        """Show a decision; the bar appears with the first one, so that a refusal stands alone."""
         before, self._done = self._done, (record.epoch - 1) * self._decisions + record.decision
         if before == 0:
-            self._bar.reset(self._task, completed=self._done - 1)  # a resumed run's time is reckoned from here on
+            self._bar.reset(self._task, completed=self._done - 1)  # remaining time is estimated from here
             self._bar.start()
         if self._done % _REFRESH_DECISIONS == 0 or self._done == self._total:
             epoch = tally.epoch(record.epoch)

@@ -23,14 +23,15 @@ _EVERYTHING: Final = ("all",)
 
 @dataclass(frozen=True)
 class Reproduce:
-    """Run the experiments of the report, embodied, and write the report into OUT; interrupted, it goes on."""
+    """Run the experiments of the report, embodied, and write the report into OUT; run it again to finish what an
+    interruption left."""
 
     path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")] = None
     """Folder for the runs and the report."""
     only: tuple[str, ...] = _EVERYTHING
     """Experiments or groups (paper, comparison, world, ablation) to run."""
     workers: int = os.cpu_count() or 1
-    """Runs side by side; their number changes no bit of any result."""
+    """Runs in parallel; their number changes no bit of any result."""
     seeds: int | None = None
     """At most that many seeds of each experiment, for a quick look."""
     epochs: int | None = None

@@ -1,4 +1,4 @@
-"""`scla-mj resume RUN`: go on with a run that was cut off, to the bits of one that never stopped."""
+"""`scla-mj resume RUN`: finish an interrupted run; the result is bit-identical to an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scla_mj.config import CHECKPOINT_PERIOD_S
 
 @dataclass(frozen=True)
 class Resume:
-    """Go on with a run that was killed or stopped; it ends with the same bits as if it had never been."""
+    """Finish a run that was killed or stopped; the result is bit-identical to an uninterrupted run."""
 
     path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A run folder that `scla-mj rollout` wrote."""

@@ -37,7 +37,7 @@ class Rollout:
     disturb: tuple[DisturbanceSet, ...] = ()
     """Sets of disturbances to drive under: shorthand for --disturbance.* (docs/disturbance.md)."""
     checkpoint_period_s: float = CHECKPOINT_PERIOD_S
-    """Wall time between two checkpoints, from which `scla-mj resume RUN` can go on; it changes no bit of the run."""
+    """Wall time between two checkpoints, from which `scla-mj resume RUN` continues; it changes no bit of the run."""
 
     @classmethod
     def start(cls, words: Sequence[str]) -> tuple[type[Rollout], Rollout]:

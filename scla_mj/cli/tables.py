@@ -1,4 +1,4 @@
-"""The small tables at a rollout's end."""
+"""The small tables at the end of a rollout."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _WHAT: Final = {
     paths.CONFIG_JSON: "every setting, the seed, the package versions",
-    paths.DECISIONS_PARQUET: "a row a decision",
+    paths.DECISIONS_PARQUET: "one row per decision",
     paths.SUMMARY_JSON: "hits, ceiling, transitions",
     paths.BRAIN_NPZ: "final weights and action probabilities",
     paths.EPOCHS_PNG: "hits per epoch against the ceiling",

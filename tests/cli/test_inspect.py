@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -219,6 +220,15 @@ def test_json_is_one_object_with_the_verdict_and_the_counts(run, unrecorded, cap
     assert main(["inspect", str(run), "--json"]) == 2
     found = json.loads(capsys.readouterr().out)
     assert found["verdict"] == "damaged" and list(found["faults"]) == ["brain.npz"]
+
+
+def test_every_key_of_the_json_is_documented(run, made, capsys):
+    page = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text()
+    capsys.readouterr()
+    for options in ([], ["--against", str(made)]):
+        main(["inspect", str(run), "--json", *options])
+        for key in json.loads(capsys.readouterr().out):
+            assert f"`{key}`" in page, key
 
 
 def against(run, other, capsys):

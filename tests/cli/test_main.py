@@ -176,6 +176,21 @@ def test_named_disturbances_are_kept_as_the_figures_that_they_stand_for(tmp_path
     assert json.loads((run / "summary.json").read_text())["localisation"]["wrong_cells"] == 0
 
 
+def test_help_and_version_load_no_heavy_library():
+    lines = "from scla_mj.cli.main import main; import contextlib, sys"
+    for words in (["--version"], ["--help"], ["rollout", "--help"], ["inspect", "--help"]):
+        lines += f"\nwith contextlib.suppress(SystemExit): main({words})"
+    heavy = "{'numpy', 'numba', 'mujoco', 'matplotlib', 'pyarrow', 'pydantic', 'rerun', 'scipy'}"
+    lines += f"\nprint({heavy} & sys.modules.keys(), file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=True)
+    assert done.stderr == "set()\n"
+
+
+def test_benchmarks_that_are_not_installed_are_said_to_be_so(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr("scla_mj.cli.bench._CHECKOUT", tmp_path)
+    assert "from a git checkout" in refused(["bench", "--growth"], capsys)
+
+
 @pytest.mark.parametrize("arguments", [["--help"], *([command, "--help"] for command in COMMANDS)])
 def test_output_that_nobody_reads_ends_quietly(arguments):
     reader, writer = os.pipe()

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from scla_mj.cli.bench import bench_command
 from scla_mj.cli.main import COMMANDS, main
 from scla_mj.cli.options import parse
 from scla_mj.config import RunConfig
@@ -12,7 +13,7 @@ from scla_mj.errors import SclaError
 
 
 def parsed(*words):
-    return parse(COMMANDS, list(words), prog="scla-mj")
+    return parse(COMMANDS | {"bench": bench_command()}, list(words), prog="scla-mj")
 
 
 def refusal(*words):
@@ -125,6 +126,7 @@ def test_what_cannot_mean_what_it_says_is_refused(words, said):
         (["rollout"], "RUN is missing"),
         (["rollout", "--closed-cells", "1", "1"], "RUN is missing"),
         (["inspect", "--seed", "3"], "--seed is no option"),
+        (["bench", "--out", "a\tb"], "--out 'a\\tb' holds a control character"),
         (["bench", "RUN"], "RUN is one word too many: it belongs to no option"),
     ],
 )
