@@ -6,15 +6,13 @@ reward  p_i += a (1 - p_i),  p_j *= 1 - a;  penalty  p_i *= 1 - b,  p_j = b / (r
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scla_mj.config import AutomatonConfig
 from scla_mj.grid import ACTIONS, Action, Cell
-
-if TYPE_CHECKING:
-    from scla_mj.config import AutomatonConfig
 
 _ACTIONS: Final = len(ACTIONS)
 

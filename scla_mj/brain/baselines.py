@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Interval
+from numpy.typing import NDArray
 
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
+from scla_mj.checked import CheckedConfig
 from scla_mj.config import Fraction
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell
 from scla_mj.randomness import Consumer, generator
 from scla_mj.signals import Decision, Feedback, Outcome, Percept, Snapshot
 from scla_mj.validation import Section
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from scla_mj.checked import CheckedConfig
 
 
 class RandomBrain(Brain):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,11 @@ from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.reinforcement import CellStates, PathTrace
+from scla_mj.checked import CheckedConfig
+from scla_mj.config import Precision
 from scla_mj.grid import ACTIONS, Action
 from scla_mj.randomness import Consumer, generator
 from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snapshot
-
-if TYPE_CHECKING:
-    from scla_mj.checked import CheckedConfig
-    from scla_mj.config import Precision
 
 
 class SclaBrain(Brain):

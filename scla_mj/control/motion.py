@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
-if TYPE_CHECKING:
-    from scla_mj.config import ControllerConfig
+from scla_mj.config import ControllerConfig
 
 DRIVING: Final = 0
 """The move is not over."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from scla_mj.checked import CheckedConfig
 from scla_mj.runs.history import WeightHistory
 from scla_mj.runs.summary import Summary, Tally
-
-if TYPE_CHECKING:
-    from scla_mj.checked import CheckedConfig
-    from scla_mj.signals import DecisionRecord
+from scla_mj.signals import DecisionRecord
 
 
 class Account:

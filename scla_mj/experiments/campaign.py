@@ -8,15 +8,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
+from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.catalogue import Experiment
 from scla_mj.experiments.workers import ignoring_sigint, pool
 from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
-
-if TYPE_CHECKING:
-    from scla_mj.config import RunConfig
 
 _UNFINISHED: Final = ".part"
 

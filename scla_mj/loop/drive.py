@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from scla_mj.clock import Clock
+from scla_mj.config import ControllerConfig
 from scla_mj.control.motion import (
     ARRIVED,
     DRIVING,
@@ -16,17 +19,10 @@ from scla_mj.control.motion import (
 )
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.periods import FAULT, Body, Ending, robot_of, run_periods
+from scla_mj.sense.odometry import Odometer
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
-from scla_mj.world.world import Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from scla_mj.clock import Clock
-    from scla_mj.config import ControllerConfig
-    from scla_mj.sense.odometry import Odometer
-    from scla_mj.world.perturbation import Perturbation
-    from scla_mj.world.world import World
+from scla_mj.world.perturbation import Perturbation
+from scla_mj.world.world import Pose, World
 
 
 class Driver:

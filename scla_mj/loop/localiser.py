@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from scla_mj.config import Localisation
 from scla_mj.sense.odometry import draw_gyro_bias_rad_s, make_odometer, place
 from scla_mj.sense.ranging import MAX_RANGE_M, RANGE_NOISE_M, RAYS, located_pose, make_map, ray_angles
 from scla_mj.signals import Localised
 from scla_mj.world.rangefinder import ranges_m
-
-if TYPE_CHECKING:
-    from scla_mj.config import Localisation
-    from scla_mj.world.world import World
+from scla_mj.world.world import World
 
 
 class Localiser:

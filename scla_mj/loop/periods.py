@@ -4,30 +4,25 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import llvmlite.binding
 import mujoco
 import numpy as np
 from numba import types
 from numba.np.unsafe.ndarray import to_fixed_tuple
+from numpy.typing import NDArray
 
 from scla_mj.compiled import cached_njit, leaf_njit
 from scla_mj.control import caution, controller, motion, profile
 from scla_mj.control.controller import begin, tick
 from scla_mj.control.motion import DRIVING, FRONT, REAR, STAND_STILL, STARTING, Gains, Goal, Motion, State
 from scla_mj.sense import odometry
-from scla_mj.sense.odometry import advance
+from scla_mj.sense.odometry import Odometer, advance
 from scla_mj.world import perturbation, robot
-from scla_mj.world.perturbation import perturb
+from scla_mj.world.perturbation import Perturbation, perturb
 from scla_mj.world.robot import Addresses
 from scla_mj.world.world import UPRIGHT_COSINE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from scla_mj.sense.odometry import Odometer
-    from scla_mj.world.perturbation import Perturbation
 
 FAULT: Final = 3
 """In addition to the controller's outcomes: the robot fell, or its state or a command was not finite."""

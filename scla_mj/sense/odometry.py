@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 ENCODER_COUNTS: Final = 4096
 """Counts per turn of the wheel's encoder (AS5601, in the robot's XL330-M077-T motors; ROBOTIS e-Manual)."""

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from scla_mj.compiled import cached_njit
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from scla_mj.grid import Grid
+from scla_mj.grid import Grid
 
 RAYS: Final = 8
 """One every 45 degrees, the first straight ahead: any heading has one within 22.5 degrees of each wall's normal."""

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import mujoco
 import numpy as np
 
+from scla_mj.clock import Clock
+from scla_mj.grid import Grid
 from scla_mj.paths import SCENE_XML, assets_folder
 from scla_mj.world import names
-from scla_mj.world.robot import PREFIX, floor_pair, read
-
-if TYPE_CHECKING:
-    from scla_mj.clock import Clock
-    from scla_mj.grid import Grid
-    from scla_mj.world.robot import Robot
+from scla_mj.world.robot import PREFIX, Robot, floor_pair, read
 
 WALL_HEIGHT_M: Final = 0.10
 """Above the bumpers, below the lidar."""

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
+from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.world.perturbation import make_perturbation
-
-if TYPE_CHECKING:
-    from scla_mj.disturbances import DisturbanceConfig
-    from scla_mj.world.world import World
+from scla_mj.world.world import World
 
 
 class Draw(NamedTuple):

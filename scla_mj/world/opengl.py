@@ -6,10 +6,8 @@ import contextlib
 import ctypes.util
 import os
 import sys
-from typing import TYPE_CHECKING, Any, Final
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from collections.abc import Iterator
+from typing import Any, Final
 
 _VARIABLE: Final = "MUJOCO_GL"
 

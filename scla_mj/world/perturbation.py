@@ -4,17 +4,13 @@ controller's command and the wheels, and pushes on the chassis."""
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from scla_mj.disturbances import PUSH_EVERY_S, PUSH_S
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from scla_mj.disturbances import DisturbanceConfig
+from scla_mj.disturbances import PUSH_EVERY_S, PUSH_S, DisturbanceConfig
 
 
 class Perturbation(NamedTuple):

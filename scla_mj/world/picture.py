@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from scla_mj.world import names
 from scla_mj.world.opengl import make_physics
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from scla_mj.world.world import World
+from scla_mj.world.world import World
 
 _VISUAL_GROUPS: Final = [names.WALL_GROUP, names.VISUAL_GROUP]
 _STATE: Final = mujoco.mjtState.mjSTATE_FULLPHYSICS

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from scla_mj.world import names
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from scla_mj.world.world import World
+from scla_mj.world.world import World
 
 _ABOVE_AXLE_M: Final = 0.035
 """Height of the ring: half-way up the walls, so that a robot that leans a little still meets them."""

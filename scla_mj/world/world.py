@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
+from scla_mj.clock import Clock
 from scla_mj.errors import SclaError
+from scla_mj.grid import Cell, Grid
 from scla_mj.world.arena import compose
 from scla_mj.world.opengl import make_physics
-from scla_mj.world.robot import ROBOT, locate, measure, one_line
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from scla_mj.clock import Clock
-    from scla_mj.grid import Cell, Grid
-    from scla_mj.world.robot import Robot
+from scla_mj.world.robot import ROBOT, Robot, locate, measure, one_line
 
 UPRIGHT_COSINE: Final = 0.9
 """A chassis whose up axis leans further than this (26 degrees) has fallen: the wheels no longer carry it."""

@@ -10,17 +10,15 @@ same offset within a page. Without the stagger a simulated ms costs up to a thir
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import MOTOR, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, SENSORY, populations_of
 from scla_mj.brain.network.parameters import REGULAR_SPIKING, STRETCH_STEPS, Parameters
+from scla_mj.config import NetworkConfig
 from scla_mj.randomness import Consumer, generator, seed_sequence
-
-if TYPE_CHECKING:
-    from scla_mj.config import NetworkConfig
 
 PAGE_BYTES: Final = 4096
 STAGGER_BYTES: Final = 576

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, Population, populations_of
-
-if TYPE_CHECKING:
-    from scla_mj.config import NetworkConfig, PlasticityConfig
+from scla_mj.config import NetworkConfig, PlasticityConfig
 
 
 class CellType(NamedTuple):
