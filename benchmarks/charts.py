@@ -22,7 +22,7 @@ def draw_neurons(points: Sequence[Point], file: Path) -> None:
     sizes, costs = [point.size for point in points], [point.cost for point in points]
     axes.loglog(sizes, costs, "o-", color=_LINE, label="measured")
     axes.loglog(sizes, [costs[0] * size / sizes[0] for size in sizes], "--", color="grey", label="proportional")
-    axes.set(xlabel="neurons", ylabel="CPU time of a network ms, µs", title="80 plastic synapses a neuron")
+    axes.set(xlabel="neurons", ylabel="CPU time per simulated ms, µs", title="80 plastic synapses per neuron")
     axes.legend(frameon=False)
     figure.savefig(file)
 

@@ -2,7 +2,7 @@
 
 The conditions: no noise; weights and inputs are multiples of 2**-10, so that their sums are exact in any order; the
 same start. With plasticity the weights are no longer such multiples: Brian2 and numpy still give the same spikes, and
-weights within 1e-12. NEST pairs spikes a step apart from the others and is compared without plasticity only.
+weights within 1e-12. NEST pairs spikes/step apart from the others and is compared without plasticity only.
 """
 
 from __future__ import annotations

@@ -51,11 +51,11 @@ def neurons_sheet(points: Sequence[Point]) -> Sheet:
         ratio = "" if tenth is None else f"{cost / tenth:.1f}"
         target = "" if tenth is None else against(cost / tenth, _TEN_TIMES_TARGET)
         rows.append((f"{size:,}", f"{80 * size:,}", f"{cost:.2f}", f"{1000 * cost / size:.2f}", ratio, target))
-        values[f"{size} neurons, us a network ms"] = cost
+        values[f"{size} neurons, µs per simulated ms"] = cost
     return Sheet(
         "neurons",
         "CPU time of a network ms by neurons",
-        ("neurons", "plastic synapses", "us a network ms", "ns a neuron", "over a tenth of them", "target"),
+        ("neurons", "plastic synapses", "µs per simulated ms", "ns per neuron", "over a tenth of them", "target"),
         tuple(rows),
         "80 plastic synapses a neuron; a tenth of the neurons is driven, dopamine once a second, input every 50 ms.",
         values,
@@ -86,11 +86,11 @@ def floors_sheet(points: Sequence[Point]) -> Sheet:
         ratio = cost / points[0].cost
         target = against(ratio, _GRID_TARGET) if edge == points[-1].size else ""
         rows.append((f"{edge} x {edge}", f"{cost:.3f}", f"{ratio:.2f}", target))
-        values[f"{edge} x {edge}, ms a decision"] = cost
+        values[f"{edge} x {edge}, ms per decision"] = cost
     return Sheet(
         "floors",
         "CPU time of a decision by the floor's size",
-        ("cells", "ms a decision", "over the first", "target"),
+        ("cells", "ms per decision", "over the first", "target"),
         tuple(rows),
         "Telemetry light. Decisions differ from floor to floor: walls are met less often on a larger one.",
         values,
@@ -111,7 +111,7 @@ def unrewarded(config: RunConfig, *, watch: Watch, seconds: int = HOUR_S) -> She
     return Sheet(
         "unrewarded",
         f"CPU time of a network ms over {minutes} minutes of network time, medians of a minute",
-        ("what", "us a network ms", "target"),
+        ("what", "µs per simulated ms", "target"),
         (
             ("rewarded once a second", f"{rewarded_us:.2f}", ""),
             ("never rewarded", f"{unrewarded_us:.2f}", ""),

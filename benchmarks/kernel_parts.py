@@ -91,7 +91,7 @@ def sheet(parts: Parts) -> Sheet:
     table = Sheet(
         "network",
         "CPU time of a network ms",
-        ("what", "us a network ms", "over the floor", "target"),
+        ("what", "µs per simulated ms", "over the floor", "target"),
         tuple(rows),
         f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, or {parts.dosed:.3f} with "
         f"dopamine, as {100 * parts.share:.0f} % of the time; {parts.motor_spikes:.2f} motor spikes at "

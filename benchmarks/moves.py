@@ -66,7 +66,7 @@ def _sheet(seconds: dict[str, float], tape: Tape, *, decisions: int) -> Sheet:
     table = Sheet(
         "move",
         "CPU time of a move",
-        ("what", "ms", "us a period", "over bare", "target"),
+        ("what", "ms", "µs per period", "over bare", "target"),
         tuple(rows),
         "A decision's physics, thinking window and drive, in control periods under the same commands. The loop and the "
         "environment read the pose and set the commands each period. All end in the same state, bit for bit.",

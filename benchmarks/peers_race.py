@@ -124,7 +124,7 @@ def race_sheet(rounds: Mapping[str, Sequence[Round]], set_up_s: Mapping[str, flo
         rates = " / ".join(f"{spikes / seconds:.0f}" for spikes in total(rounds[name]))
         set_up = f"{set_up_s[name]:.1f}" if name in set_up_s else ""
         rows.append((label, f"{cost[name]:.2f}", f"{ratio:.1f}", target, rates, set_up))
-    header = ("what", "us a network ms", "over ours", "target", "S / M / I spikes a s", "set-up s")
+    header = ("what", "µs per simulated ms", "over ours", "target", "S / M / I spikes/s", "set-up s")
     return Sheet(
         "peers",
         "CPU time of a network ms in other simulators",
@@ -133,7 +133,7 @@ def race_sheet(rounds: Mapping[str, Sequence[Round]], set_up_s: Mapping[str, flo
         "In turn, a second of network time each, one thread, float32 (NEST: float64). Spikes of all sensory, motor and "
         "inhibitory neurons. Set-up: wall-clock time until "
         "the first step. Plasticity and noise on, input and read-out every 50 ms.",
-        {f"{name}, us a network ms": value for name, value in cost.items()},
+        {f"{name}, µs per simulated ms": value for name, value in cost.items()},
     )
 
 

@@ -38,7 +38,7 @@ class NetworkCall(NamedTuple):
 
 
 class Attempt(NamedTuple):
-    """One decision's way through the physics: what was asked of the body, and the wheel commands, a row a period."""
+    """One decision's way through the physics: what was asked of the body, and the wheel commands by period."""
 
     action: Action
     cell: Cell
@@ -82,7 +82,7 @@ class _TapedNetwork(Network):
         self._waiting: list[NDArray[np.float64]] = []
 
     def advance(self, steps: int, drive: ArrayLike | None = None, *, extend: bool = False) -> NDArray[np.int64]:
-        """Advance as ever, and keep the call."""
+        """Advance, and keep the call."""
         before = self.spike_count if extend else 0
         counts = super().advance(steps, drive, extend=extend)
         if steps:
@@ -94,7 +94,7 @@ class _TapedNetwork(Network):
         return counts
 
     def release_dopamine(self, amount: ArrayLike, *, delay_steps: int = 0) -> None:
-        """Release as ever, and keep the amount."""
+        """Release, and keep the amount."""
         self._waiting.append(np.asarray(amount))
         super().release_dopamine(amount, delay_steps=delay_steps)
 

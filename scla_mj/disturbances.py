@@ -1,6 +1,6 @@
 """What may disturb the robot and by how much: the settings, and the named sets that fill them.
 
-Only the physics is disturbed: the controller goes on with the nominal robot's parameters, and nobody tells the brain.
+Only the physics is disturbed: the controller keeps the nominal robot's parameters, and the brain is not informed.
 """
 
 from __future__ import annotations

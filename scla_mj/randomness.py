@@ -1,4 +1,4 @@
-"""One seed, one stream a consumer: nobody's draws can shift anybody else's."""
+"""One seed, one stream per consumer: nobody's draws can shift anybody else's."""
 
 from __future__ import annotations
 

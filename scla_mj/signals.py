@@ -50,7 +50,7 @@ TRAJECTORY_COLUMNS: Final = (
 class Move(NamedTuple):
     """What the body did with one decision, from its physical pose.
 
-    `trajectory` has a row a control period (none where nobody observes the move) and the columns of
+    `trajectory` has one row per control period (none where nobody observes the move) and the columns of
     `TRAJECTORY_COLUMNS`; `time_s` counts from the run's start. `duration_s` is the drive alone, without the thinking
     window. `fallen` says that the robot cannot drive on from where it is (it lies, or is lost, or has failed too often
     in a row) and is put down somewhere else.
@@ -85,7 +85,7 @@ class Activity(NamedTuple):
 
     `spike_step` counts neural steps from the decision's start and never falls; `spike_neuron` is the neuron's index.
     The first `thinking_spikes` spikes fell into the thinking window of `thinking_steps` steps. `mean_weights` and
-    `dopamine` (one value a projection) are those at the decision's end. `counts`, (12,) each, are the spikes of every
+    `dopamine` (one value per projection) are those at the decision's end. `counts`, (12,) each, are the spikes of every
     population in the thinking window and in the whole decision, from a brain that has counted them.
     """
 

@@ -29,7 +29,7 @@ def test_a_random_walk_from_beside_the_target_takes_24_moves_and_earns_41_67():
 
 
 def test_perfect_beside_the_target_and_random_elsewhere_is_the_papers_automaton():
-    """115 hits and about 9 moves a hit in the paper; exactly 115.38 and 26/3."""
+    """115 hits and about 9 moves per hit in the paper; exactly 115.38 and 26/3."""
     policy = uniform_policy(PAPER)
     for cell in PAPER.start_cells("sensed-start"):
         policy[cell.x - 1, cell.y - 1] = np.eye(4)[PAPER.sensed_from(cell)]

@@ -66,7 +66,7 @@ def simulate(job: Any, exchange: Any) -> Any:
 
 
 def _learning(job: Any, synapses: Any, dopamine: Any) -> Any:
-    """Return one step of equations 3 and 4, in place on Brian2's arrays, a row a projection."""
+    """Return one step of equations 3 and 4, in place on Brian2's arrays, one row per projection."""
     rows = len(job.projections)
     weights = synapses.variables["w"].get_value().reshape(rows, -1)
     eligibility = synapses.variables["c"].get_value().reshape(rows, -1)

@@ -105,7 +105,7 @@ def _print_experiments(experiments: tuple[Experiment, ...]) -> None:
 
 @contextlib.contextmanager
 def _bar() -> Iterator[Watch]:
-    """Show how many runs are done; yields the function that is told."""
+    """Show how many runs are done; yields the function that counts one."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,

@@ -40,7 +40,7 @@ class Account:
         return self.tally.summary(simulated_s=self._simulated_s, wall_s=self._wall_s())
 
     def state(self) -> dict[str, Any]:
-        """Return everything that `restore` needs to go on from here."""
+        """Return everything that `restore` needs to continue from here."""
         return {
             "tally": self.tally.state(),
             "history": self.history.state(),
@@ -49,7 +49,7 @@ class Account:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Continue from a `state`."""
         self.tally.restore(state["tally"])
         self.history.restore(state["history"])
         self._simulated_s = state["simulated_s"]

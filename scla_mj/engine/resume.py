@@ -1,4 +1,4 @@
-"""A run that was cut off goes on from its checkpoint, and ends with the bits of one that never stopped."""
+"""An interrupted run continues from its checkpoint; the result is bit-identical to an uninterrupted one."""
 
 from __future__ import annotations
 

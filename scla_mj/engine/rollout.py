@@ -28,7 +28,7 @@ def rollout(
     `pictures` draws the three figures.
 
     Whatever ends the run early, what was complete is left readable: the decisions, their summary and the recording;
-    and `resume` goes on with it. A run that is stopped before its first decision leaves nothing.
+    and `resume` continues it. A run that is stopped before its first decision leaves nothing.
 
     Raises:
         SclaError: the configuration cannot be run, or the folder holds a run already or cannot be written.

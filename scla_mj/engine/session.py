@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scla_mj.telemetry.recording import RerunRecorder
 
 _PROBABILITIES_EVERY: Final = 50
-"""Decisions between two pictures of the policy: it is seen to change, for 2 ms a picture."""
+"""Decisions between two pictures of the policy: it is seen to change, for 2 ms per picture."""
 
 Watch = Callable[["DecisionRecord", Tally], None]
 """Takes every decision, and the count so far, which can be asked for any epoch's figures.
@@ -63,7 +63,7 @@ class Session:
         return self._simulation.brain.state() is not None
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from what `_save` wrote."""
+        """Continue from what `_save` wrote."""
         self._account.restore(state["account"])
         self._simulation.restore(state["simulation"])
         self._recorded = state["recorder"]
@@ -82,7 +82,7 @@ class Session:
                 with DecisionLog(self._run.path, goes_on=goes_on) as log, self._recording():
                     self._make_decisions(log, watch, let_interrupt_through)
             except BaseException:
-                with contextlib.suppress(SclaError):  # what ended the run is to be told, not what follows from it
+                with contextlib.suppress(SclaError):  # report the original error, not what follows from it
                     self._finish(complete=False)
                 raise
             return self._finish(complete=True)
@@ -151,7 +151,7 @@ class Session:
         try:
             yield
         except BaseException:
-            with contextlib.suppress(SclaError):  # what ended the run is to be told, not what follows from it
+            with contextlib.suppress(SclaError):  # report the original error, not what follows from it
                 self._close(recorder, stopped=True)
             raise
         self._close(recorder, stopped=False)

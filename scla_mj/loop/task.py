@@ -28,7 +28,7 @@ class Step(NamedTuple):
     """What came of one action.
 
     `feedback` is what a brain may learn from; `move` is the truth about the body; `started_s` is the run's time when
-    the decision window opened; `localised` says how wrong the robot was about its place then, None where it is told.
+    the decision window opened; `localised` says how wrong the robot was about its place then.
     """
 
     feedback: Feedback

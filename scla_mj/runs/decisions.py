@@ -1,4 +1,4 @@
-"""`decisions.parquet`, a row a decision, written as the run goes.
+"""`decisions.parquet`, one row per decision, written as the run goes.
 
 Rows go in whole batches into an Arrow stream, `decisions.partial.arrows`, which stays readable up to its last batch
 whatever kills the run; each batch carries its own SHA-256. Closing the log turns the stream, batch by batch, into the
@@ -89,7 +89,7 @@ class DecisionLog:
 
     Args:
         folder: the run's folder.
-        goes_on: go on with the stream that `take_back` left there, instead of beginning one.
+        goes_on: continue the stream that `take_back` left there, instead of beginning one.
 
     Raises:
         SclaError: the folder already has a log, or cannot be written to.

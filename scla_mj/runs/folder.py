@@ -34,7 +34,7 @@ RUN_FILES: Final = (
 )
 PACKAGES: Final = ("mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow")
 MAKERS: Final = ("scla-mj", *PACKAGES)
-"""Whose versions a run's bits hang on; the others are told for the record."""
+"""A run's bits depend on the versions of these; the others are recorded for information."""
 
 _VERSIONS: Final = "versions"
 _RUN_ID: Final = "run_id"

@@ -51,11 +51,11 @@ class WeightHistory:
         return WeightCurve(self._decision[kept].copy(), self._time_s[kept].copy(), self._means[kept].copy())
 
     def state(self) -> dict[str, Any]:
-        """Return everything that `restore` needs to go on from here."""
+        """Return everything that `restore` needs to continue from here."""
         return {**self.curve()._asdict(), "seen": self._seen, "stride": self._stride}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Continue from a `state`."""
         self._kept = len(state["decision"])
         self._decision[: self._kept] = state["decision"]
         self._time_s[: self._kept] = state["time_s"]

@@ -1,4 +1,4 @@
-"""`seal.json`: the SHA-256 of every file that a run left, so that a byte that changes later is not taken for sound.
+"""`seal.json`: the SHA-256 of every file that a run left, so that later corruption is detected.
 
 It is written last and carries a digest of itself. A run that is still going on, or was killed, has none. The names in
 it are checked against the run folder's own: no seal leads out of its folder.

@@ -22,7 +22,7 @@ from scla_mj.validation import Section, validated
 class EpochSummary(Section):
     """What one epoch earned, beside the ceiling of that epoch's floor.
 
-    `moves_per_hit` is None where nothing was hit; `mean_weights`, one a projection at the epoch's end (where it was cut
+    `moves_per_hit` is None where nothing was hit; `mean_weights`, one per projection at the epoch's end (where it was cut
     short, some decisions before: see runs/history.py), is None for a brain without synapses.
     """
 
@@ -165,7 +165,7 @@ class Tally:
         return epoch_summary(epoch, count.decisions, count.hits, count.ceiling_hits_per_1000, means)
 
     def state(self) -> dict[str, Any]:
-        """Return everything that `restore` needs to go on from here."""
+        """Return everything that `restore` needs to continue from here."""
         counts = {
             str(epoch): {"decisions": count.decisions, "hits": count.hits, "mean_weights": _listed(count.mean_weights)}
             for epoch, count in self._counts.items()
@@ -175,7 +175,7 @@ class Tally:
         return {"counts": counts, "outcomes": outcomes, "max_error_m": self._max_error_m, "beliefs": beliefs}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from a `state`."""
+        """Continue from a `state`."""
         self._counts = {}
         for epoch, count in state["counts"].items():
             means = count["mean_weights"]

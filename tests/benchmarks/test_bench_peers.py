@@ -76,7 +76,7 @@ def test_the_race_is_judged_by_medians_without_the_first_round():
     timed = {"ours": rounds([0.004, 0.005, 0.004]), "numpy": rounds([0.1, 0.1, 0.3])}
     timed |= {"brian2": rounds([0.08, 0.09, 0.08]), "nest": rounds([0.3, 0.3, 0.3])}
     sheet = peers_race.race_sheet(timed, {"numpy": 0.2, "brian2": 30.0, "nest": 0.5})
-    assert sheet.values["ours, us a network ms"] == pytest.approx(4.0)
+    assert sheet.values["ours, µs per simulated ms"] == pytest.approx(4.0)
     verdicts = {row[0]: row[2:4] for row in sheet.rows}
     assert verdicts["numpy"] == ("25.0", "≥ 20 met")
     assert verdicts["Brian2 (Cython)"] == ("20.0", "≥ 25 missed")

@@ -66,7 +66,7 @@ Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
 
 - **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows:
   how probable each action is in each cell, yellow up, blue down, green left, pink right.
-- **Spikes.** A dot a spike, a row a neuron: sensory S, motor M, inhibitory I, each for U(p), D(own), L(eft), R(ight).
+- **Spikes.** A dot per spike, a row per neuron: sensory S, motor M, inhibitory I; U(p), D(own), L(eft), R(ight).
   A frame is a thinking window, in the colour of how its move ended.
 - **Weights.** Each sensory population drives its own motor population (agreeing) and the opposite one.
 - Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
