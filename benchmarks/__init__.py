@@ -1,1 +1,1 @@
-"""What a run costs, beside what it is made of, beside other simulators, and as it grows."""
+"""What a run costs, compared with its bare parts and with other simulators, and how that grows."""

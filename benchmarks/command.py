@@ -1,4 +1,4 @@
-"""`scla-mj bench`: what a run costs, beside what it is made of, beside other simulators, and as it grows."""
+"""`scla-mj bench`: what a run costs, compared with its bare parts and with other simulators, and how that grows."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bench:
-    """Time a run's decisions beside bare physics and bare neurons, in turn; print medians and ratios (4 minutes).
+    """Time a run's decisions against bare physics and bare neurons, in turn; print medians and ratios (4 minutes).
     --growth, --long, --seeds and --peers measure that instead."""
 
     repetitions: int = 5
@@ -30,9 +30,9 @@ class Bench:
     growth: bool = False
     """Cost against neurons and the floor's size, and an hour without reward (5 minutes)."""
     long: bool = False
-    """Memory and speed over 30,000 decisions beside 3,000 and beside their bare parts (6 minutes)."""
+    """Memory and speed over 30,000 decisions compared with 3,000 and with their bare parts (6 minutes)."""
     seeds: bool = False
-    """Two seeds at once beside one after the other; wants two free cores (1 minute)."""
+    """Two seeds at once compared with one after the other; wants two free cores (1 minute)."""
     peers: Path | None = None
     """The python of the peers' environment (docs/performance.md): Brian2, NEST and numpy run the same network; their
     spike trains must be ours (1 minute)."""

@@ -98,7 +98,7 @@ def floors_sheet(points: Sequence[Point]) -> Sheet:
 
 
 def unrewarded(config: RunConfig, *, watch: Watch, seconds: int = HOUR_S) -> Sheet:
-    """Time an hour of network time without reward beside a rewarded one, a minute of each in turn."""
+    """Time an hour of network time without reward against a rewarded one, a minute of each in turn."""
     minutes = max(seconds // 60, 1)
     work = _rewarded(config, seconds=min(seconds, 60))
     silent = work._replace(releases=np.zeros_like(work.releases))

@@ -1,4 +1,4 @@
-"""Where a network ms goes: the kernel's parts one by one, beside the floor that is 1000 neurons and their noise."""
+"""Where a simulated ms goes: the kernel's parts one by one, against the lower bound of 1000 neurons and their noise."""
 
 from __future__ import annotations
 

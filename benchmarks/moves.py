@@ -1,4 +1,4 @@
-"""The move beside bare `mj_step`, and the same robot under the same commands in other hands."""
+"""The move compared with bare `mj_step`, and the same robot under the same commands in other hands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a rollout costs beside what it is made of: bare physics and bare neurons, replaying its very inputs."""
+"""What a rollout costs compared with its bare parts: bare physics and bare neurons, replaying its very inputs."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def cached_njit(
 
     Unless the function `makes_arrays` it must be like `leaf_njit`'s.
 
-    numba keeps compiled code beside the source, or in the user's cache folder where the package is read-only, or where
+    numba keeps compiled code next to the source, or in the user's cache folder where the package is read-only, or where
     NUMBA_CACHE_DIR says. Where none of them can be written it would refuse the function; this compiles it in every
     process instead, some seconds each time.
 

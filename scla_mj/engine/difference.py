@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scla_mj.engine.inspection import RunInspection
 
 _EARNED: Final = ("epochs", "transitions", "max_position_error_m", "simulated_s", "localisation")
-"""What a summary says beside the settings and the machine's own time, which no two runs share."""
+"""What a summary says besides the settings and the machine's own time, which no two runs share."""
 
 
 class DecisionDifference(NamedTuple):

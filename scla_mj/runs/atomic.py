@@ -1,4 +1,4 @@
-"""Files that are either whole or absent: written beside their place, synced, then moved onto it."""
+"""Files that are either whole or absent: written next to their place, synced, then moved onto it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SCRATCH: Final = ".{}.{}.tmp"
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`; what was written there becomes `path` if the block succeeds.
+    """Yield a temporary path next to `path`; what was written there becomes `path` if the block succeeds.
 
     Raises:
         SclaError: the folder cannot be written to, or the disk is full.

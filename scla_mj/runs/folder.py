@@ -39,7 +39,7 @@ MAKERS: Final = ("scla-mj", *PACKAGES)
 _VERSIONS: Final = "versions"
 _RUN_ID: Final = "run_id"
 _OF_THE_RUN: Final = (_VERSIONS, _RUN_ID)
-"""What `config.json` holds beside the settings."""
+"""What `config.json` holds besides the settings."""
 
 
 class Run(NamedTuple):

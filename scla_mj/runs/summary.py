@@ -20,10 +20,10 @@ from scla_mj.validation import Section, validated
 
 @dataclass(frozen=True)
 class EpochSummary(Section):
-    """What one epoch earned, beside the ceiling of that epoch's floor.
+    """What one epoch earned, and the ceiling of its arena.
 
-    `moves_per_hit` is None where nothing was hit; `mean_weights`, one per projection at the epoch's end (where it was cut
-    short, some decisions before: see runs/history.py), is None for a brain without synapses.
+    `moves_per_hit` is None where nothing was hit; `mean_weights`, one per projection at the epoch's end (some decisions
+    before, where it was cut short: see runs/history.py), is None for a brain without synapses.
     """
 
     epoch: int
