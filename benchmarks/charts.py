@@ -1,4 +1,4 @@
-"""Growth as pictures: cost against neurons and against the floor, on paper."""
+"""Growth as pictures: cost against neurons and against the arena's size."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LINE: Final = "#0072b2"
 
 
 def draw_neurons(points: Sequence[Point], file: Path) -> None:
-    """Both axes logarithmic, beside a line of proportional growth."""
+    """Both axes logarithmic, with a line of proportional growth."""
     figure = Figure(figsize=_INCHES, dpi=_DPI, layout="constrained")
     axes = figure.subplots()
     sizes, costs = [point.size for point in points], [point.cost for point in points]
@@ -27,11 +27,11 @@ def draw_neurons(points: Sequence[Point], file: Path) -> None:
     figure.savefig(file)
 
 
-def draw_floors(points: Sequence[Point], file: Path) -> None:
-    """Cost a decision from zero, so that a small difference looks small."""
+def draw_arenas(points: Sequence[Point], file: Path) -> None:
+    """Cost per decision from zero, so that a small difference looks small."""
     figure = Figure(figsize=_INCHES, dpi=_DPI, layout="constrained")
     axes = figure.subplots()
     axes.plot([point.size for point in points], [point.cost for point in points], "o-", color=_LINE)
-    axes.set(xlabel="cells along an edge", ylabel="CPU time of a decision, ms", title="telemetry light")
+    axes.set(xlabel="cells along an edge", ylabel="CPU time per decision, ms", title="telemetry light")
     axes.set_ylim(0.0, 1.15 * max(point.cost for point in points))
     figure.savefig(file)

@@ -28,7 +28,7 @@ class Bench:
     repetitions: int = 5
     """Repetitions in turn; each figure is a median over them."""
     growth: bool = False
-    """Cost against neurons and the floor's size, and an hour without reward (5 minutes)."""
+    """Cost against neurons and the arena's size, and an hour without reward (5 minutes)."""
     long: bool = False
     """Memory and speed over 30,000 decisions compared with 3,000 and with their bare parts (6 minutes)."""
     seeds: bool = False

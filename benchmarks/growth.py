@@ -1,4 +1,4 @@
-"""Cost as the network, the floor and the time without reward grow."""
+"""Cost as the network, the arena and the time without reward grow."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from scla_mj.brain.network.network import Network
 from scla_mj.config import RunConfig
 
 NEURONS: Final = (1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000)
-FLOORS: Final = (5, 10, 20, 50)
+ARENAS: Final = (5, 10, 20, 50)
 _TEN_TIMES_TARGET: Final = 12.0
 _NEURON_SECONDS: Final = 10_000
-"""Neurons times seconds of network time in a turn of a small network, of which a second would take 3 ms."""
+"""Neurons times seconds of network time per turn of a small network, one second of which would take only 3 ms."""
 _GRID_TARGET: Final = 1.10
 _UNREWARDED_TARGET: Final = 1.10
 HOUR_S: Final = 3600
@@ -35,7 +35,7 @@ class Point(NamedTuple):
 def neurons(
     config: RunConfig, *, repetitions: int, watch: Watch, sizes: Sequence[int] = NEURONS
 ) -> tuple[Sheet, list[Point]]:
-    """Time a network ms of larger networks with as many synapses a neuron, 50 ms at a time."""
+    """Time larger networks with as many synapses per neuron, 50 ms at a time."""
     works = {size: _rewarded(config, seconds=max(1, _NEURON_SECONDS // size), neurons=size) for size in sizes}
     contenders = {str(size): _network_contender(config, size, work) for size, work in works.items()}
     seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
@@ -54,18 +54,19 @@ def neurons_sheet(points: Sequence[Point]) -> Sheet:
         values[f"{size} neurons, µs per simulated ms"] = cost
     return Sheet(
         "neurons",
-        "CPU time of a network ms by neurons",
+        "CPU time per simulated ms by neurons",
         ("neurons", "plastic synapses", "µs per simulated ms", "ns per neuron", "over a tenth of them", "target"),
         tuple(rows),
-        "80 plastic synapses a neuron; a tenth of the neurons is driven, dopamine once a second, input every 50 ms.",
+        "80 plastic synapses per neuron; a tenth of the neurons is driven, dopamine once per second, "
+        "input every 50 ms.",
         values,
     )
 
 
-def floors(
-    config: RunConfig, *, repetitions: int, watch: Watch, edges: Sequence[int] = FLOORS
+def arenas(
+    config: RunConfig, *, repetitions: int, watch: Watch, edges: Sequence[int] = ARENAS
 ) -> tuple[Sheet, list[Point]]:
-    """Time a decision on larger floors, telemetry light, the run's fixed cost left out."""
+    """Time a decision in larger arenas, telemetry light, without the run's fixed cost."""
     contenders = {}
     for edge in edges:
         middle = (edge + 1) // 2
@@ -76,11 +77,11 @@ def floors(
     seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
     more = max(config.epochs * config.decisions - 1, 1)
     points = [Point(edge, 1000.0 * (seconds[str(edge)] - seconds[f"one {edge}"]) / more) for edge in edges]
-    return floors_sheet(points), points
+    return arenas_sheet(points), points
 
 
-def floors_sheet(points: Sequence[Point]) -> Sheet:
-    """Return the table; the first floor is what the others are compared with."""
+def arenas_sheet(points: Sequence[Point]) -> Sheet:
+    """Return the table; the others are compared with the first arena."""
     rows, values = [], {}
     for edge, cost in points:
         ratio = cost / points[0].cost
@@ -88,11 +89,11 @@ def floors_sheet(points: Sequence[Point]) -> Sheet:
         rows.append((f"{edge} x {edge}", f"{cost:.3f}", f"{ratio:.2f}", target))
         values[f"{edge} x {edge}, ms per decision"] = cost
     return Sheet(
-        "floors",
-        "CPU time of a decision by the floor's size",
+        "arenas",
+        "CPU time per decision by the arena's size",
         ("cells", "ms per decision", "over the first", "target"),
         tuple(rows),
-        "Telemetry light. Decisions differ from floor to floor: walls are met less often on a larger one.",
+        "Telemetry light. Decisions differ between arenas: walls are met less often in a larger one.",
         values,
     )
 
@@ -110,14 +111,14 @@ def unrewarded(config: RunConfig, *, watch: Watch, seconds: int = HOUR_S) -> She
     ratio = unrewarded_us / rewarded_us
     return Sheet(
         "unrewarded",
-        f"CPU time of a network ms over {minutes} minutes of network time, medians of a minute",
+        f"CPU time per simulated ms over {minutes} minutes of network time, medians over minutes",
         ("what", "µs per simulated ms", "target"),
         (
-            ("rewarded once a second", f"{rewarded_us:.2f}", ""),
+            ("rewarded once per second", f"{rewarded_us:.2f}", ""),
             ("never rewarded", f"{unrewarded_us:.2f}", ""),
             ("unrewarded over rewarded", f"{ratio:.2f}", against(ratio, _UNREWARDED_TARGET)),
         ),
-        "Numbers that fade below the smallest normal one would slow the kernel many times over.",
+        "Subnormal numbers would slow the kernel many times over.",
         {"rewarded_us": rewarded_us, "unrewarded_us": unrewarded_us, "ratio": ratio},
     )
 

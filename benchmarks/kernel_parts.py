@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from benchmarks.table import FLOOR_ABOVE, Sheet, against, doubted
+from benchmarks.table import BOUND_ABOVE, Sheet, against, doubted
 from benchmarks.timing import Contender, Watch, median_cpu_s
 from benchmarks.workload import CHUNK_MS, CHUNKS_A_SECOND, Workload, rewarded, run_chunks
 from scla_mj.anatomy import MOTOR, POPULATIONS, SENSORY
@@ -17,22 +17,22 @@ from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
 
 _TARGET: Final = 3.5
-"""At most this many times the floor, all in all."""
+"""At most this many times the lower bound, in total."""
 _SECONDS: Final = 20
 _CALLS: Final = 20_000
-"""Enough for a turn of some 20 ms at least: shorter ones are at the mercy of whatever else the machine does."""
+"""Enough for turns of at least 20 ms: shorter ones are too noisy."""
 
 
 class Parts(NamedTuple):
-    """Microseconds a network ms, or a spike for `sensory`, `dosed` and `motor`.
+    """Microseconds per simulated ms, or per spike for `sensory`, `dosed` and `motor`.
 
-    `floor`: 1000 bare neuron updates with noise, one fused loop. `stretch` is opened and closed once in 50 ms and
-    counted by the ms. `sensory` is a spike without dopamine, `dosed` one with it. `whole`: the compiled kernel alone;
-    `chunked`: the same through `Network.advance`, as the brain calls it. `sensory_spikes`, `motor_spikes`: how many of
-    them a network ms holds; `share`: of the former, how many meet dopamine.
+    `bound`: 1000 bare neuron updates with noise, one fused loop. `stretch` is opened and closed once in 50 ms and
+    counted per ms. `sensory` is a spike without dopamine, `dosed` one with it. `whole`: the compiled kernel alone;
+    `chunked`: the same through `Network.advance`, as the brain calls it. `sensory_spikes`, `motor_spikes`: spikes per
+    simulated ms; `share`: the fraction of the former that meets dopamine.
     """
 
-    floor: float
+    bound: float
     neurons: float
     decay: float
     stretch: float
@@ -47,7 +47,7 @@ class Parts(NamedTuple):
 
     @property
     def shares(self) -> dict[str, float]:
-        """Microseconds a network ms of every part; the rest is the difference, and together they are the whole."""
+        """Microseconds per simulated ms of every part; the rest is the difference, so that they add up to the whole."""
         known = {
             "neurons and noise": self.neurons,
             "decay": self.decay,
@@ -58,9 +58,9 @@ class Parts(NamedTuple):
         return {**known, "rest": self.whole - sum(known.values())}
 
     @property
-    def over_floor(self) -> float:
-        """What a chunked network ms costs, in floors."""
-        return self.chunked / self.floor
+    def over_bound(self) -> float:
+        """The cost of the chunked network over the lower bound."""
+        return self.chunked / self.bound
 
 
 def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Parts:
@@ -82,25 +82,25 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Parts:
 
 def sheet(parts: Parts) -> Sheet:
     """Return the table."""
-    rows = [("floor: 1000 bare neurons, noise", f"{parts.floor:.2f}", "1.00", "")]
+    rows = [("lower bound: 1000 bare neurons, noise", f"{parts.bound:.2f}", "1.00", "")]
     for name, cost in parts.shares.items():
-        rows.append((name, f"{cost:.2f}", f"{cost / parts.floor:.2f}", ""))
-    rows.append(("kernel", f"{parts.whole:.2f}", f"{parts.whole / parts.floor:.2f}", ""))
-    target = against(parts.over_floor, _TARGET)
-    rows.append(("network, 50 ms at a time", f"{parts.chunked:.2f}", f"{parts.over_floor:.2f}", target))
+        rows.append((name, f"{cost:.2f}", f"{cost / parts.bound:.2f}", ""))
+    rows.append(("kernel", f"{parts.whole:.2f}", f"{parts.whole / parts.bound:.2f}", ""))
+    target = against(parts.over_bound, _TARGET)
+    rows.append(("network, 50 ms at a time", f"{parts.chunked:.2f}", f"{parts.over_bound:.2f}", target))
     table = Sheet(
         "network",
-        "CPU time of a network ms",
-        ("what", "µs per simulated ms", "over the floor", "target"),
+        "CPU time per simulated ms of the network",
+        ("what", "µs per simulated ms", "over the lower bound", "target"),
         tuple(rows),
-        f"{parts.sensory_spikes:.2f} sensory spikes a ms at {parts.sensory:.3f} us each, or {parts.dosed:.3f} with "
+        f"{parts.sensory_spikes:.2f} sensory spikes per ms at {parts.sensory:.3f} µs each, or {parts.dosed:.3f} with "
         f"dopamine, as {100 * parts.share:.0f} % of the time; {parts.motor_spikes:.2f} motor spikes at "
-        f"{parts.motor:.3f} us. Rest: what the kernel takes beyond these (spike lists, inhibition). "
-        "One sensory population is driven, dopamine comes once a second, input and read-out every 50 ms.",
-        {**parts._asdict(), "over_floor": parts.over_floor},
+        f"{parts.motor:.3f} µs. Rest: the kernel minus these parts (spike lists, inhibition). "
+        "One sensory population is driven, dopamine is released once per second, input and read-out every 50 ms.",
+        {**parts._asdict(), "over_bound": parts.over_bound},
     )
     contain_it = (parts.neurons, parts.whole, parts.chunked)
-    return doubted(table, FLOOR_ABOVE) if parts.floor > min(contain_it) else table
+    return doubted(table, BOUND_ABOVE) if parts.bound > min(contain_it) else table
 
 
 def _warm(config: RunConfig) -> tuple[Network, Workload]:
@@ -119,7 +119,7 @@ def _contenders(network: Network, work: Workload) -> dict[str, Contender]:
         return Contender(lambda: _undriven(network), lambda memory: function(memory, *arguments, _CALLS))
 
     return {
-        "floor": part(bare_neurons),
+        "bound": part(bare_neurons),
         "neurons": part(_repeat_integrate),
         "decay": part(_repeat_decay),
         "stretch": part(_repeat_stretch),
@@ -193,7 +193,7 @@ def _repeat_sensory(memory: Any, gain: float, calls: int) -> None:
     for call in range(calls):
         for k in range(m.gathered.shape[0]):
             m.gathered[k] += gain
-        side, row = call % len(SENSORY), call * 7 % m.synapses.shape[1]  # not one row after another, as spikes come
+        side, row = call % len(SENSORY), call * 7 % m.synapses.shape[1]  # rows in scattered order, as spikes arrive
         synapses.sensory_spike(m, side, row, 1)
 
 

@@ -9,8 +9,8 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from benchmarks.replay import Tape, record, replay_moves, replay_physics, set_physics_state
-from benchmarks.table import FLOOR_ABOVE, Sheet, against, doubted
+from benchmarks.replay import Recorded, record, replay_moves, replay_physics, set_physics_state
+from benchmarks.table import BOUND_ABOVE, Sheet, against, doubted
 from benchmarks.timing import Contender, Watch, median_cpu_s, nothing, turns
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
@@ -34,50 +34,53 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Sheet:
     Raises:
         SclaError: they do not.
     """
-    tape = record(config)
+    recorded = record(config)
     clock = check(config).clock
     worlds = {name: simulate(config).world for name in _WHAT}
     driver = Driver(worlds["moves"], clock, config.controller)
     steps = clock.physics_steps_per_control
     environment = _environment(worlds["dm_control"], steps, clock.control_period_s)
     contenders = {
-        "bare": Contender(nothing, lambda _: turns(replay_physics(worlds["bare"], tape, steps))),
+        "bare": Contender(nothing, lambda _: turns(replay_physics(worlds["bare"], recorded, steps))),
         "moves": Contender(
-            nothing, lambda _: turns(replay_moves(worlds["moves"], driver, tape, clock.thinking_controls))
+            nothing, lambda _: turns(replay_moves(worlds["moves"], driver, recorded, clock.thinking_controls))
         ),
-        "python": Contender(nothing, lambda _: turns(_step_in_python(worlds["python"], tape, steps))),
-        "dm_control": Contender(nothing, lambda _: turns(_step_environment(worlds["dm_control"], environment, tape))),
+        "python": Contender(nothing, lambda _: turns(_step_in_python(worlds["python"], recorded, steps))),
+        "dm_control": Contender(
+            nothing, lambda _: turns(_step_environment(worlds["dm_control"], environment, recorded))
+        ),
     }
     seconds = median_cpu_s(contenders, repetitions=repetitions, watch=watch)
     for name, world in worlds.items():
         if not np.array_equal(world.data.qpos, worlds["bare"].data.qpos):
             raise SclaError(f"{_WHAT[name]}: the robot ends elsewhere than under bare mj_step; the bench is void")
-    return _sheet(seconds, tape, decisions=config.epochs * config.decisions)
+    return _sheet(seconds, recorded, decisions=config.epochs * config.decisions)
 
 
-def _sheet(seconds: dict[str, float], tape: Tape, *, decisions: int) -> Sheet:
+def _sheet(seconds: dict[str, float], recorded: Recorded, *, decisions: int) -> Sheet:
     rows, values = [], {}
     for name, what in _WHAT.items():
         ratio = seconds[name] / seconds["bare"]
         target = against(ratio, _MOVE_TARGET) if name == "moves" else ""
-        per_period = 1e6 * seconds[name] / tape.periods
+        per_period = 1e6 * seconds[name] / recorded.periods
         rows.append((what, f"{1000 * seconds[name] / decisions:.3f}", f"{per_period:.2f}", f"{ratio:.2f}", target))
-        values[f"{name}_us_a_period"], values[f"{name}_ratio"] = per_period, ratio
+        values[f"{name}_us_per_period"], values[f"{name}_ratio"] = per_period, ratio
     table = Sheet(
         "move",
         "CPU time of a move",
         ("what", "ms", "µs per period", "over bare", "target"),
         tuple(rows),
-        "A decision's physics, thinking window and drive, in control periods under the same commands. The loop and the "
-        "environment read the pose and set the commands each period. All end in the same state, bit for bit.",
+        "The physics of a decision, decision window and drive, in control periods under the same commands. The loop "
+        "and the environment read the pose and set the commands in each period. All end in the same state, "
+        "bit for bit.",
         values,
     )
-    return doubted(table, FLOOR_ABOVE) if values["moves_ratio"] < 1 else table
+    return doubted(table, BOUND_ABOVE) if values["moves_ratio"] < 1 else table
 
 
-def _step_in_python(world: World, tape: Tape, steps: int) -> Iterator[None]:
+def _step_in_python(world: World, recorded: Recorded, steps: int) -> Iterator[None]:
     model, data = world.model, world.data
-    for state, attempts in tape.episodes:
+    for state, attempts in recorded.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
             for command in attempt.commands:
@@ -96,7 +99,7 @@ def _environment(world: World, steps: int, period_s: float) -> Any:
         """Sets the commands it is given, and observes pose and speeds."""
 
         def initialize_episode(self, physics: Any) -> None:
-            """Leave the state as it is: the tape sets it."""
+            """Leave the state as it is: the replay sets it."""
 
         def before_step(self, action: Any, physics: Any) -> None:
             """Set the wheel commands."""
@@ -122,8 +125,8 @@ def _environment(world: World, steps: int, period_s: float) -> Any:
     return environment
 
 
-def _step_environment(world: World, environment: Any, tape: Tape) -> Iterator[None]:
-    for state, attempts in tape.episodes:
+def _step_environment(world: World, environment: Any, recorded: Recorded) -> Iterator[None]:
+    for state, attempts in recorded.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
             for command in attempt.commands:

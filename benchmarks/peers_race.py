@@ -1,4 +1,4 @@
-"""The same network in other simulators, in turn with ours, a second of network time each; rates must agree."""
+"""The same network in other simulators, in turn with ours, one second of network time each; rates must agree."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Peer:
     def round(self) -> Round:
         """Run a second of network time."""
         assert self._process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):  # it has ended: the missing answer tells why
+        with contextlib.suppress(BrokenPipeError):  # it has ended: the missing answer says why
             self._process.stdin.write("go\n")
             self._process.stdin.flush()
         answer = self._answer()
@@ -127,12 +127,12 @@ def race_sheet(rounds: Mapping[str, Sequence[Round]], set_up_s: Mapping[str, flo
     header = ("what", "µs per simulated ms", "over ours", "target", "S / M / I spikes/s", "set-up s")
     return Sheet(
         "peers",
-        "CPU time of a network ms in other simulators",
+        "CPU time per simulated ms in other simulators",
         header,
         tuple(rows),
-        "In turn, a second of network time each, one thread, float32 (NEST: float64). Spikes of all sensory, motor and "
-        "inhibitory neurons. Set-up: wall-clock time until "
-        "the first step. Plasticity and noise on, input and read-out every 50 ms.",
+        "In turn, one second of network time each, one thread, float32 (NEST: float64). Spikes of all sensory, motor "
+        "and inhibitory neurons. Set-up: wall-clock time until the first step. "
+        "Plasticity and noise on, input and read-out every 50 ms.",
         {f"{name}, µs per simulated ms": value for name, value in cost.items()},
     )
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from benchmarks.rollouts import RATIO_TARGETS, bare_stretches
-from benchmarks.table import FLOOR_ABOVE, Sheet, against, doubted
+from benchmarks.table import BOUND_ABOVE, Sheet, against, doubted
 from benchmarks.timing import Watch
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
@@ -91,7 +91,7 @@ def long_run(config: RunConfig, *, watch: Watch) -> Sheet:
 
 
 def long_sheet(short: dict[str, Any], long: dict[str, Any], *, bare_s: Sequence[float]) -> Sheet:
-    """Return the table of two long runs, as `child.long_run` tells of them.
+    """Return the table of two long runs, as `child.long_run` reports them.
 
     `bare_s`: seconds of the bare parts of every stretch of the longer one.
     """
@@ -136,7 +136,7 @@ def long_sheet(short: dict[str, Any], long: dict[str, Any], *, bare_s: Sequence[
         "their own: a machine that changes its speed meanwhile changes it for both.",
         values,
     )
-    return doubted(table, FLOOR_ABOVE, row=_WHOLE) if ratio < 1 else table
+    return doubted(table, BOUND_ABOVE, row=_WHOLE) if ratio < 1 else table
 
 
 def two_seeds(config: RunConfig, *, repetitions: int, watch: Watch) -> Sheet:

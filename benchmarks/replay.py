@@ -53,7 +53,7 @@ class Episode(NamedTuple):
 
 
 @dataclass
-class Tape:
+class Recorded:
     """Everything that the physics and the network of one rollout were fed."""
 
     episodes: list[Episode] = field(default_factory=list)
@@ -71,14 +71,14 @@ class Tape:
         return sum(len(attempt.commands) for episode in self.episodes for attempt in episode.attempts)
 
 
-class _TapedNetwork(Network):
+class _RecordingNetwork(Network):
     """A network that writes down what it is asked."""
 
-    def __init__(self, tape: Tape, config: RunConfig) -> None:
+    def __init__(self, recorded: Recorded, config: RunConfig) -> None:
         super().__init__(
             config.network, config.plasticity, neural_step_ms=config.clock.neural_step_ms, seed=config.seed
         )
-        self._tape = tape
+        self._recorded = recorded
         self._waiting: list[NDArray[np.float64]] = []
 
     def advance(self, steps: int, drive: ArrayLike | None = None, *, extend: bool = False) -> NDArray[np.int64]:
@@ -86,11 +86,11 @@ class _TapedNetwork(Network):
         before = self.spike_count if extend else 0
         counts = super().advance(steps, drive, extend=extend)
         if steps:
-            self._tape.network.append(
+            self._recorded.network.append(
                 NetworkCall(steps, None if drive is None else np.asarray(drive), tuple(self._waiting))
             )
             self._waiting.clear()
-            self._tape.spikes += self.spike_count - before
+            self._recorded.spikes += self.spike_count - before
         return counts
 
     def release_dopamine(self, amount: ArrayLike, *, delay_steps: int = 0) -> None:
@@ -99,25 +99,25 @@ class _TapedNetwork(Network):
         super().release_dopamine(amount, delay_steps=delay_steps)
 
 
-def record(config: RunConfig) -> Tape:
+def record(config: RunConfig) -> Recorded:
     """Run the decisions once and keep what the physics and the network were fed.
 
     Raises:
         SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
     """
     require_replayable(config)
-    simulation, tape = simulate(config), Tape()
+    simulation, recorded = simulate(config), Recorded()
     assert isinstance(simulation.brain, SclaBrain)
-    simulation.brain.network = _TapedNetwork(tape, config)
+    simulation.brain.network = _RecordingNetwork(recorded, config)
     fresh = True
     for _ in range(config.epochs * config.decisions):
         if fresh:
-            tape.episodes.append(Episode(_physics_state(simulation.world), []))
+            recorded.episodes.append(Episode(_physics_state(simulation.world), []))
         done = simulation.step()
         commands = done.move.trajectory[:, _COMMANDS].copy()
-        tape.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
+        recorded.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
         fresh = done.hit or done.move.fallen
-    return tape
+    return recorded
 
 
 def require_replayable(config: RunConfig) -> None:
@@ -141,13 +141,13 @@ def _physics_state(world: World) -> NDArray[np.float64]:
 
 
 def set_physics_state(world: World, state: NDArray[np.float64]) -> None:
-    """Put the world where an episode of the tape began."""
+    """Put the world where a recorded episode began."""
     mujoco.mj_setState(world.model, world.data, state, _STATE)
 
 
-def replay_physics(world: World, tape: Tape, steps_a_period: int) -> Iterator[None]:
-    """Step the bare physics under the tape's commands, a compiled loop of `mj_step` alone; yields decisions."""
-    for state, attempts in tape.episodes:
+def replay_physics(world: World, recorded: Recorded, steps_a_period: int) -> Iterator[None]:
+    """Step the bare physics under the recorded commands, a compiled loop of `mj_step` alone; yields decisions."""
+    for state, attempts in recorded.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
             _step_through(world.model._address, world.data._address, world.data.ctrl, attempt.commands, steps_a_period)
@@ -162,23 +162,23 @@ def _step_through(model: int, data: int, ctrl: Any, commands: Any, steps: int) -
             mj_step(model, data)
 
 
-def replay_moves(world: World, driver: Driver, tape: Tape, thinking_controls: int) -> Iterator[None]:
-    """Carry out the tape's attempts again, controller and all; yields decisions."""
-    for state, attempts in tape.episodes:
+def replay_moves(world: World, driver: Driver, recorded: Recorded, thinking_controls: int) -> Iterator[None]:
+    """Carry out the recorded attempts again, controller and all; yields decisions."""
+    for state, attempts in recorded.episodes:
         set_physics_state(world, state)
         for attempt in attempts:
             driver.drive(attempt.action, attempt.cell, standing=thinking_controls)
             yield
 
 
-def replay_network(network: Network, tape: Tape) -> Iterator[None]:
-    """Run the bare kernel on the tape's inputs: no copies, no checks, no spikes kept; yields thinking windows."""
-    longest = max((call.steps for call in tape.network), default=0)
+def replay_network(network: Network, recorded: Recorded) -> Iterator[None]:
+    """Run the bare kernel on the recorded inputs: no copies, no checks, no spikes kept; yields decision windows."""
+    longest = max((call.steps for call in recorded.network), default=0)
     room = longest * len(network.arrays.v) + 1
     spike_step, spike_neuron = np.empty(room, np.int32), np.empty(room, np.int32)
     counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
     undriven = np.zeros_like(network.arrays.v)
-    for call in tape.network:
+    for call in recorded.network:
         if call.drive is not None:
             yield
         released = sum(call.released, start=nothing)

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from benchmarks.replay import Tape, record, replay_network, replay_physics
-from benchmarks.table import FLOOR_ABOVE, Sheet, against, doubted
+from benchmarks.replay import Recorded, record, replay_network, replay_physics
+from benchmarks.table import BOUND_ABOVE, Sheet, against, doubted
 from benchmarks.timing import Contender, Watch, median_cpu_s, nothing, paced, turns
 from scla_mj import paths
 from scla_mj.brain.network.network import Network
@@ -30,9 +30,9 @@ _SPIKE_BYTES_TARGET: Final = 6.0
 class Cost(NamedTuple):
     """CPU milliseconds, medians over repetitions, and bytes.
 
-    `physics`, `network`: a decision of the bare parts. `decision`: a decision of the whole rollout, by telemetry;
+    `physics`, `network`: a decision of the bare parts. `decision`: one of the whole rollout, by telemetry;
     `fixed`: what a run costs beyond its decisions: building the world, opening and closing the files.
-    `recording_bytes`: a decision's share of recording.rrd, light and full; `spikes`: spikes a decision.
+    `recording_bytes`: recording.rrd per decision, light and full; `spikes`: spikes per decision.
     """
 
     decisions: int
@@ -63,15 +63,15 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Cost:
     Raises:
         SclaError: the configuration has no network to replay.
     """
-    tape = record(config)
+    recorded = record(config)
     decisions = config.epochs * config.decisions
     sizes: dict[str, int] = {}
-    seconds = median_cpu_s(_contenders(config, tape, sizes), repetitions=repetitions, watch=watch)
-    return derive(seconds, sizes, decisions=decisions, network_ms=tape.network_ms, spikes=tape.spikes)
+    seconds = median_cpu_s(_contenders(config, recorded, sizes), repetitions=repetitions, watch=watch)
+    return derive(seconds, sizes, decisions=decisions, network_ms=recorded.network_ms, spikes=recorded.spikes)
 
 
 def derive(seconds: dict[str, float], sizes: dict[str, int], *, decisions: int, network_ms: int, spikes: int) -> Cost:
-    """Turn the contenders' CPU seconds and the recordings' sizes into costs a decision; see `measure`."""
+    """Turn the contenders' CPU seconds and the recordings' sizes into costs per decision; see `measure`."""
     more = max(decisions - 1, 1)
     decision: dict[str, float] = {name: 1000.0 * (seconds[name] - seconds[f"one {name}"]) / more for name in TELEMETRY}
     return Cost(
@@ -113,16 +113,17 @@ def _cost_sheet(cost: Cost) -> Sheet:
         values |= {f"{name}_ratio_with_fixed": whole, f"{name}_decisions_per_s": 1000.0 / cost.decision[name]}
     table = Sheet(
         "rollout",
-        f"CPU time of a decision, {cost.decisions} decisions",
+        f"CPU time per decision, {cost.decisions} decisions",
         ("what", "ms", "over bare parts", "target", "fixed ms", "fixed included"),
         tuple(rows),
-        "The bare parts replay the rollout's own controls and inputs. Fixed: once a run, building the world, letting "
+        "The bare parts replay the rollout's own controls and inputs. Fixed: once per run, building the world, letting "
         f"the robot settle, opening and closing files; included: spread over these decisions. {cost.network_ms:.0f} ms "
-        f"of network time a decision; {1000.0 / cost.decision['light']:.0f} decisions a CPU second at telemetry light.",
+        f"of network time per decision; {1000.0 / cost.decision['light']:.0f} decisions per CPU second with telemetry "
+        "light.",
         values,
     )
     ratios = list(map(cost.ratio, TELEMETRY))
-    return doubted(table, FLOOR_ABOVE) if ratios[0] < 1 or ratios != sorted(ratios) else table
+    return doubted(table, BOUND_ABOVE) if ratios[0] < 1 or ratios != sorted(ratios) else table
 
 
 def _recording_sheet(cost: Cost) -> Sheet:
@@ -133,11 +134,11 @@ def _recording_sheet(cost: Cost) -> Sheet:
         "Size of recording.rrd",
         ("what", "size", "target"),
         (
-            ("light, a decision", f"{light / 1000:.2f} kB", against(light / 1000, _LIGHT_KB_TARGET)),
-            ("full beyond light, a spike", f"{spike:.2f} bytes", against(spike, _SPIKE_BYTES_TARGET)),
+            ("light, per decision", f"{light / 1000:.2f} kB", against(light / 1000, _LIGHT_KB_TARGET)),
+            ("full beyond light, per spike", f"{spike:.2f} bytes", against(spike, _SPIKE_BYTES_TARGET)),
         ),
-        f"{cost.spikes:.0f} spikes a decision.",
-        {"light_bytes_a_decision": light, "full_bytes_a_decision": full, "bytes_a_spike": spike},
+        f"{cost.spikes:.0f} spikes per decision.",
+        {"light_bytes_per_decision": light, "full_bytes_per_decision": full, "bytes_per_spike": spike},
     )
 
 
@@ -165,15 +166,15 @@ def bare_stretches(config: RunConfig, decisions: int) -> Iterator[float]:
 
 def _bare_decisions(config: RunConfig) -> Iterator[object]:
     world, steps = simulate(config).world, check(config).clock.physics_steps_per_control
-    tape = record(config)
-    return zip(replay_physics(world, tape, steps), replay_network(fresh_network(config), tape), strict=True)
+    recorded = record(config)
+    return zip(replay_physics(world, recorded, steps), replay_network(fresh_network(config), recorded), strict=True)
 
 
-def _contenders(config: RunConfig, tape: Tape, sizes: dict[str, int]) -> dict[str, Contender]:
+def _contenders(config: RunConfig, recorded: Recorded, sizes: dict[str, int]) -> dict[str, Contender]:
     world, steps = simulate(config).world, check(config).clock.physics_steps_per_control
     contenders = {
-        "physics": Contender(nothing, lambda _: turns(replay_physics(world, tape, steps))),
-        "network": Contender(lambda: fresh_network(config), lambda network: turns(replay_network(network, tape))),
+        "physics": Contender(nothing, lambda _: turns(replay_physics(world, recorded, steps))),
+        "network": Contender(lambda: fresh_network(config), lambda network: turns(replay_network(network, recorded))),
     }
     one = dataclasses.replace(config, epochs=1, decisions=1)
     for telemetry in TELEMETRY:

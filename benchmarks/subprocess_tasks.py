@@ -30,7 +30,7 @@ def first_decision(config: RunConfig, started_s: float) -> dict[str, Any]:
 
     def watch(*_: object) -> None:
         found.setdefault("wall_s", time.time() - started_s)
-        found.setdefault("cpu_s", sum(os.times()[:4]))  # with the process that compiled beside it
+        found.setdefault("cpu_s", sum(os.times()[:4]))  # with the process that compiled at the same time
 
     with tempfile.TemporaryDirectory() as folder:
         rollout(config, Path(folder) / "run", watch=watch, pictures=False)

@@ -17,7 +17,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
 _STARTS_AT_MOST: Final = 3
-_TIMED: Final = ("rollout", "network", "move", "start", "neurons", "floors", "seeds", "peers")
+_TIMED: Final = ("rollout", "network", "move", "start", "neurons", "arenas", "seeds", "peers")
 """The tables whose figures are medians over the repetitions; the others count bytes, or repeat in their own way."""
 
 
@@ -57,12 +57,12 @@ def _rollout(order: Order, watch: Watch) -> Result:
 def _growth(order: Order, watch: Watch) -> Result:
     config, repetitions = order.config, order.repetitions
     neurons, sizes = growth.neurons(config, repetitions=repetitions, watch=watch)
-    floors, edges = growth.floors(config, repetitions=repetitions, watch=watch)
+    arenas, edges = growth.arenas(config, repetitions=repetitions, watch=watch)
     pictures: dict[str, Callable[[Path], None]] = {
         "neurons.png": lambda file: charts.draw_neurons(sizes, file),
-        "floors.png": lambda file: charts.draw_floors(edges, file),
+        "arenas.png": lambda file: charts.draw_arenas(edges, file),
     }
-    return Result([neurons, floors, growth.unrewarded(config, watch=watch)], pictures)
+    return Result([neurons, arenas, growth.unrewarded(config, watch=watch)], pictures)
 
 
 def _long(order: Order, watch: Watch) -> Result:
@@ -85,8 +85,8 @@ def _rollout_ticks(order: Order) -> int:
 SUITES: Final = {
     "rollout": Suite(("rollout", "recording", "network", "move", "start"), (), _rollout_ticks, _rollout),
     "growth": Suite(
-        ("neurons", "floors", "unrewarded"),
-        ("neurons.png", "floors.png"),
+        ("neurons", "arenas", "unrewarded"),
+        ("neurons.png", "arenas.png"),
         lambda order: 2 * (order.repetitions + 1) + growth.HOUR_S // 60 + 1,
         _growth,
     ),

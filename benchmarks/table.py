@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from scla_mj.errors import SclaError
 
 ONE_REPETITION: Final = "a single repetition cannot tell; take more."
-FLOOR_ABOVE: Final = "noise: something costs more here than what contains it; measure again on a quiet machine."
+BOUND_ABOVE: Final = "noise: a part costs more than the whole that contains it; measure again on a quiet machine."
 _VERDICT: Final = re.compile(r"(?<= )(?:met|missed)$")
 
 

@@ -29,7 +29,7 @@ def exhaust(replay):
 
 @pytest.fixture(scope="module")
 def recorded():
-    """A rollout's tape, and where the rollout ended."""
+    """What a rollout recorded, and where it ended."""
     run = simulate(CONFIG)
     spikes = 0
     for _ in range(CONFIG.decisions):
@@ -59,7 +59,7 @@ def test_the_replayed_physics_and_moves_end_where_the_rollouts_ended(recorded):
     assert moved.data.time == bare.data.time
 
 
-def test_the_floor_is_the_networks_own_neurons_and_noise():
+def test_the_lower_bound_is_the_networks_own_neurons_and_noise():
     """Without synapses the kernel and the bare loop must take the same neurons to the same place."""
     network = Network(
         NetworkConfig(weight_low=0.0, weight_high=0.0, motor_to_inhibitory=0.0, inhibitory_to_motor=0.0),
@@ -78,13 +78,13 @@ def test_the_floor_is_the_networks_own_neurons_and_noise():
 
 def test_the_parts_of_a_network_ms_add_up_to_the_whole():
     measured = kernel_parts.Parts(
-        floor=0.5, neurons=0.6, decay=0.1, stretch=0.2, sensory=0.15, dosed=0.35, motor=0.4, whole=3.5,
+        bound=0.5, neurons=0.6, decay=0.1, stretch=0.2, sensory=0.15, dosed=0.35, motor=0.4, whole=3.5,
         chunked=3.9, sensory_spikes=2.0, motor_spikes=5.0, share=0.25,
     )  # fmt: skip
     assert sum(measured.shares.values()) == pytest.approx(measured.whole)
     assert measured.shares["motor spikes"] == pytest.approx(2.0)
     assert measured.shares["sensory spikes"] == pytest.approx(2.0 * 0.2)
-    assert measured.over_floor == pytest.approx(7.8)
+    assert measured.over_bound == pytest.approx(7.8)
     assert ("network, 50 ms at a time", "3.90", "7.80", "≤ 3.5 missed") in kernel_parts.sheet(measured).rows
 
 
@@ -100,7 +100,7 @@ def test_a_decision_costs_what_a_long_run_takes_beyond_a_run_of_one():
     assert cost.ratio("off") == pytest.approx(1.0)
     assert cost.ratio_with_fixed("off") == pytest.approx(1.15)
     recording = rollouts.sheets(cost)[1].values
-    assert recording["bytes_a_spike"] == pytest.approx((14_480_000 - 6_494_000) / 999 / 2000)
+    assert recording["bytes_per_spike"] == pytest.approx((14_480_000 - 6_494_000) / 999 / 2000)
 
 
 def test_a_median_leaves_the_first_repetition_and_the_preparation_out():

@@ -119,7 +119,7 @@ def test_a_python_without_the_peers_is_refused_in_a_sentence(tmp_path, capsys, m
     assert "cannot be started" in capsys.readouterr().err
 
 
-def test_a_peer_that_fails_or_hangs_is_told_in_a_sentence(tmp_path, monkeypatch):
+def test_a_peer_that_fails_or_hangs_is_reported_in_a_sentence(tmp_path, monkeypatch):
     job, result, python = tmp_path / "job.npz", tmp_path / "result.npz", Path(sys.executable)
     prepare(HALF_A_SECOND, job, PlasticityConfig(), seed=3)
     with pytest.raises(SclaError, match="ended early: ModuleNotFoundError"):

@@ -59,7 +59,7 @@ def test_an_interpreter_without_the_packages_is_refused_by_their_names(refused, 
     assert INSTALL in sentence
 
 
-def test_a_worker_that_ends_without_a_result_is_told_in_a_sentence(tmp_path):
+def test_a_worker_that_ends_without_a_result_is_reported_in_a_sentence(tmp_path):
     with pytest.raises(SclaError, match="ended early: it said nothing"):
         peers_race.run_to_the_end(Path("/bin/true"), "numpy", tmp_path / "job.npz", tmp_path / "result.npz")
 
