@@ -16,6 +16,7 @@ import pytest
 
 from scla_mj.cli.main import main
 from scla_mj.runs.atomic import read_json, write_json
+from scla_mj.runs.checkpoint import write_checkpoint
 from scla_mj.runs.decisions import SCHEMA, read_decisions
 
 OPTIONS = ["--epochs", "3", "--decisions", "12", "--brain", "automaton", "--task.jump-epoch", "3"]
@@ -163,6 +164,19 @@ def test_a_run_whose_brain_was_not_written_yet_is_unfinished(run, capsys):
     assert code == 0 and "sound, unfinished: 36 of 36 decisions" in out
 
 
+def test_a_run_with_decisions_left_is_unfinished_though_its_end_was_written(run, capsys):
+    change_config(run, lambda config: config.update(epochs=4))
+    code, out, _ = inspect(run, capsys)
+    assert code == 0 and "sound, unfinished: 36 of 48 decisions" in out
+
+
+def test_a_checkpoint_of_another_run_is_seen(run, capsys):
+    (run / "seal.json").unlink()
+    write_checkpoint(run, {"config": {"seed": 7}})
+    code, out, _ = inspect(run, capsys)
+    assert code == 2 and f"{run}: damaged: checkpoint.npz is of another run" in out
+
+
 def test_a_killed_run_is_sound_as_far_as_it_went(tmp_path, capsys):
     run = tmp_path / "killed"
     command = [sys.executable, "-m", "scla_mj.cli.main", "rollout", str(run), "--decisions", "100000"]
@@ -253,6 +267,12 @@ def test_the_first_decision_that_differs_is_named_with_both_values(run, made, ca
     assert "epoch 2, decision 3, duration_s: -0.0 | " in out
     code, out = against(run, run, capsys)
     assert code == 0, "a number that is none is the same as itself"
+
+
+def test_a_count_of_spikes_differs_from_none(run, made, capsys):
+    change_rows(run, "spikes_MU", lambda counts: [*counts[:3], 5, *counts[4:]])
+    code, out = against(run, made, capsys)
+    assert code == 1 and "epoch 1, decision 4, spikes_MU: 5 | None" in out
 
 
 def test_a_run_that_went_further_differs_where_the_other_ends(run, made, capsys):

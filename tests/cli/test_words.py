@@ -134,6 +134,11 @@ def test_a_command_that_is_missing_or_misplaced_is_named(words, said):
     assert said in refusal(*words)
 
 
+def test_none_is_a_name_like_any_other():
+    assert parsed("reproduce", "None").path == Path("None")
+    assert parsed("resume", "RUN", "--brain", "None").brain == "None"
+
+
 def test_after_two_dashes_a_folder_may_have_any_name_and_a_list_has_ended():
     assert parsed("inspect", "--", "-x").path == Path("-x")
     chosen = parsed("rollout", "--disturb", "tilt", "--", "friction")
@@ -171,8 +176,10 @@ def test_an_odd_path_gets_a_sentence_before_anything_runs(command, path, said, t
 
 
 def test_a_sentence_stays_one_line_whatever_a_word_holds(capsys):
-    assert main(["rollout", "RUN", "--brain", "a\nb\x1b[31m:\udcff"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    for words in (["--brain", "a\nb\x1b[31m:\udcff"], ["--a\nb\x1b[31m"], ["one", "a\nb\x1b[31m"]):
+        assert main(["rollout", "RUN", *words]) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and "\x1b" not in said
 
 
 @pytest.mark.parametrize("option", ["--version", "-V"])
