@@ -25,6 +25,8 @@ MASTERY: Final = 0.9
 """The share of the ceiling that counts as having learned."""
 WINDOW_DECISIONS: Final = 200
 """Decisions over which that share must be earned: 80 expected hits at the paper's ceiling of 400."""
+SEED: Final = 20_07
+"""Any fixed number: one quantity has one interval wherever it is shown."""
 
 
 class Estimate(NamedTuple):
@@ -33,7 +35,6 @@ class Estimate(NamedTuple):
     mean: float
     low: float
     high: float
-    seeds: int
 
 
 class Curve(NamedTuple):
@@ -57,7 +58,7 @@ class Difference(NamedTuple):
     cliffs_delta: float
 
 
-def estimate(values: Array, *, rng: np.random.Generator, confidence: float = CONFIDENCE) -> Estimate:
+def estimate(values: Array, *, rng: np.random.Generator | int = SEED) -> Estimate:
     """Return the mean of one value per seed (n,), with a bootstrap interval over the seeds.
 
     The interval is the percentile bootstrap, expanded for few seeds (Hesterberg 2015, The American Statistician 69,
@@ -66,19 +67,18 @@ def estimate(values: Array, *, rng: np.random.Generator, confidence: float = CON
     values = np.asarray(values, dtype=np.float64)
     mean = float(values.mean())
     if len(values) < 2:
-        return Estimate(mean, math.nan, math.nan, len(values))
+        return Estimate(mean, math.nan, math.nan)
     if np.ptp(values) == 0.0:
-        return Estimate(mean, mean, mean, len(values))
+        return Estimate(mean, mean, mean)
     interval = stats.bootstrap(
         (values,),
         np.mean,
         n_resamples=BOOTSTRAP_RESAMPLES,
-        confidence_level=expanded_level(confidence, len(values)),
+        confidence_level=expanded_level(CONFIDENCE, len(values)),
         method="percentile",
-        vectorized=True,
         rng=rng,
     ).confidence_interval
-    return Estimate(mean, float(interval.low), float(interval.high), len(values))
+    return Estimate(mean, float(interval.low), float(interval.high))
 
 
 def expanded_level(confidence: float, count: int) -> float:
@@ -99,12 +99,12 @@ def settled_span(epochs: int) -> tuple[int, int]:
     return epochs // 3 + 1, epochs
 
 
-def learning_curve(epochs: Array, *, rng: np.random.Generator) -> Curve:
+def learning_curve(epochs: Array, *, rng: np.random.Generator | None = None) -> Curve:
     """Return the mean and interval over seeds of every epoch of (seeds, epochs) or (seeds, epochs, series)."""
-    flat = epochs.reshape(len(epochs), -1)
-    ends = np.array([estimate(column, rng=rng)[:3] for column in flat.T])
-    mean, low, high = (ends[:, index].reshape(epochs.shape[1:]) for index in range(3))
-    return Curve(mean, low, high)
+    rng = rng or np.random.Generator(np.random.PCG64(SEED))  # one for all columns
+    columns = epochs.reshape(len(epochs), -1).T
+    estimates = np.array([estimate(column, rng=rng) for column in columns])
+    return Curve(*estimates.T.reshape(3, *epochs.shape[1:]))
 
 
 def percent_of_ceiling(hits_per_1000: Array, ceilings: Array) -> Array:
@@ -130,13 +130,12 @@ def decisions_to_mastery(
     """
     if len(hits) < window:
         return None
-    earned = _window_sums(np.asarray(hits, dtype=np.float64), window)
-    wanted = share * _window_sums(np.asarray(ceilings, dtype=np.float64) / 1000.0, window)
-    reached = np.flatnonzero(earned >= wanted - 1e-9)  # the sums of ceilings round in their last digits
+    earned, possible = (np.convolve(values, np.ones(window), "valid") for values in (hits, ceilings / 1000.0))
+    reached = np.flatnonzero(earned >= share * possible - 1e-9)  # the sums of ceilings round in their last digits
     return int(reached[0]) + window if len(reached) else None
 
 
-def compare(values: Array, baseline: Array, *, rng: np.random.Generator) -> Difference:
+def compare(values: Array, baseline: Array, *, rng: np.random.Generator | int = SEED) -> Difference:
     """Test whether two samples of seeds differ in their mean: two-sided, by permutation.
 
     Exact where there are at most `PERMUTATIONS` ways to split the seeds, else over that many random ones.
@@ -176,20 +175,13 @@ def cliffs_delta(values: Array, baseline: Array) -> float:
 def holm(p_values: Array) -> Array:
     """Return p-values adjusted for testing all of them together (Holm 1979); NaN stays NaN and is not counted."""
     adjusted = np.full(len(p_values), np.nan)
-    tested = np.flatnonzero(~np.isnan(p_values))
-    order = tested[np.argsort(p_values[tested], kind="stable")]
+    order = np.argsort(p_values, kind="stable")[: np.count_nonzero(~np.isnan(p_values))]  # NaN sorts last
     steps = p_values[order] * np.arange(len(order), 0, -1)
     adjusted[order] = np.minimum(np.maximum.accumulate(steps), 1.0)
     return adjusted
 
 
-def _window_sums(values: Array, window: int) -> Array:
-    """Return the sum of every `window` neighbours, (n - window + 1,)."""
-    totals = np.concatenate([[0.0], np.cumsum(values)])
-    return np.asarray(totals[window:] - totals[:-window])
-
-
-def _permutation_p_value(values: Array, baseline: Array, rng: np.random.Generator) -> float:
+def _permutation_p_value(values: Array, baseline: Array, rng: np.random.Generator | int) -> float:
     """Return twice the smaller tail of the difference of means over every split, or over `PERMUTATIONS` random ones.
 
     The exact test is our own because a report makes dozens of them over the same splits: it sums the whole table of
@@ -198,7 +190,14 @@ def _permutation_p_value(values: Array, baseline: Array, rng: np.random.Generato
     """
     pooled, count = np.concatenate([values, baseline]), len(values)
     if math.comb(len(pooled), count) > PERMUTATIONS:
-        return _sampled_p_value(values, baseline, rng)
+        sampled = stats.permutation_test(
+            (values, baseline),
+            lambda a, b, axis: np.mean(a, axis=axis) - np.mean(b, axis=axis),
+            n_resamples=PERMUTATIONS,
+            batch=20_000,
+            rng=rng,
+        )
+        return float(sampled.pvalue)
     sums = pooled[_splits(len(pooled), count)].sum(axis=1)
     slack = 1e-12 * float(np.abs(pooled).sum())  # splits that tie with the one observed, but for rounding
     observed = float(values.sum())
@@ -211,17 +210,3 @@ def _splits(total: int, count: int) -> NDArray[np.int8]:
     """Return every choice of `count` of `total` indices, one per row."""
     flat = itertools.chain.from_iterable(itertools.combinations(range(total), count))
     return np.fromiter(flat, dtype=np.int8).reshape(-1, count)
-
-
-def _sampled_p_value(values: Array, baseline: Array, rng: np.random.Generator) -> float:
-    result = stats.permutation_test(
-        (values, baseline),
-        lambda a, b, axis: np.mean(a, axis=axis) - np.mean(b, axis=axis),
-        permutation_type="independent",
-        alternative="two-sided",
-        n_resamples=PERMUTATIONS,
-        vectorized=True,
-        batch=20_000,
-        rng=rng,
-    )
-    return float(result.pvalue)

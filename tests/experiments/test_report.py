@@ -14,8 +14,8 @@ from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue.experiment import Experiment, Target, with_settings
 from scla_mj.experiments.report import write_report
-from scla_mj.experiments.report.chapters.differences import pairs_of
 from scla_mj.experiments.report.evidence import gather
+from scla_mj.experiments.report.results import shared_spans
 from scla_mj.experiments.report.verdicts import judge
 from scla_mj.runs.decisions import read_decisions
 
@@ -146,7 +146,7 @@ def test_a_target_is_not_judged_while_a_seed_is_missing(out):
     more = dataclasses.replace(EXPERIMENTS[0], seeds=(*FOUR, 4))
     study = gather(out, [more])
     (evidence,) = study.evidence
-    assert (evidence.seeds, [gap.seed for gap in evidence.gaps]) == (FOUR, [4])
+    assert (evidence.seeds, [*evidence.gaps]) == (FOUR, [4])
     assert judge(study, evidence, more.targets[0]).reached is None
 
 
@@ -155,8 +155,8 @@ def test_a_run_with_other_settings_is_not_taken_for_this_one(out):
         EXPERIMENTS[6], config=with_settings(EXPERIMENTS[6].config, automaton={"discount": 0.5})
     )
     (evidence,) = gather(out, [other]).evidence
-    assert not evidence.measured
-    assert {gap.reason for gap in evidence.gaps} == {"made with other settings"}
+    assert not evidence.runs
+    assert set(evidence.gaps.values()) == {"made with other settings"}
 
 
 def test_the_papers_table_5_stands_next_to_ours(out):
@@ -196,7 +196,7 @@ def test_a_shorter_baseline_sets_the_span(study, tmp_path):
     brief = dataclasses.replace(EXPERIMENTS[3], config=with_settings(EXPERIMENTS[3].config, epochs=2))
     fill(tmp_path, [brief])
     (baseline,) = gather(tmp_path, [brief]).evidence
-    assert [(pair.first, pair.last) for pair in pairs_of(study.evidence[0], baseline)] == [(1, 1), (1, 2)]
+    assert shared_spans(study.evidence[0], baseline) == [(1, 1), (1, 2)]
 
 
 def test_figure_3_shows_eight_connections_at_every_epoch(out):

@@ -187,7 +187,7 @@ def test_an_interval_of_one_seed_is_shown_as_absent():
 
 def test_a_chart_gives_the_same_bytes_twice(tmp_path):
     line = charts.Line(NASTY, 0, np.arange(3.0), Curve(*[np.ones(3)] * 3))
-    chart = charts.curves([line, line], [], y_label=NASTY)
+    chart = charts.draw_curves([line, line], [], y_label=NASTY)
     for kind in ("png", "svg"):
         for name in ("a", "b"):
             drawing.save(chart, tmp_path / f"{name}.{kind}", kind=kind, salt="x")

@@ -9,12 +9,11 @@ from synthetic_out import learning, write_runs
 
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue import CATALOGUE
-from scla_mj.experiments.report import write_report
-from scla_mj.experiments.report.chapters import shared
-from scla_mj.experiments.report.chapters.brains import brains
+from scla_mj.experiments.report import charts, write_report
 from scla_mj.experiments.report.coverage import covered, is_reduced
 from scla_mj.experiments.report.evidence import gather
 from scla_mj.experiments.report.verdicts import judge
+from scla_mj.experiments.report.wording import setting
 
 BY_NAME = {experiment.name: experiment for experiment in CATALOGUE}
 COMMAND = "scla-mj reproduce OUT"
@@ -94,7 +93,8 @@ def test_runs_shorter_than_the_window_have_no_decisions_to_mastery_and_single_se
 
 def test_the_beginnings_axis_starts_at_no_decision(small):
     out, _ = small
-    ((_, early, _),) = brains(gather(out, [scaled("scla-any-start")]))["protocols"]
+    study = gather(out, [scaled("scla-any-start")])
+    _, early = charts.brain_curves("any-start", study.evidence, study)
     (axes,) = early.chart.axes
     assert axes.get_xlim() == (0.0, pytest.approx(102.0))
     assert all(np.ptp(line.get_xdata()) > 0 for line in axes.lines[:2])  # ceiling and random walk are lines
@@ -103,7 +103,7 @@ def test_the_beginnings_axis_starts_at_no_decision(small):
 def test_each_protocol_is_named_with_its_own_ceiling(tmp_path):
     both = scaled("scla-sensed-start"), scaled("scla-any-start")
     write(tmp_path, *both)
-    said = shared.setting(*gather(tmp_path, both).evidence)
+    said = setting(*gather(tmp_path, both).evidence)
     assert said.startswith("Protocol sensed-start (ceiling 1000.00) and any-start (ceiling 400.00), in hits per 1000")
 
 

@@ -1,4 +1,4 @@
-"""The report's charts: curves with bands, dots with whiskers, weights, maps of policies. Figure objects, no display."""
+"""The report's figures, each with the rows that it shows: learning curves, ablations, weights, maps of policies."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
+from matplotlib import figure as mpl
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
-from scla_mj.experiments.report.evidence import Array, Evidence
-from scla_mj.experiments.statistics import Curve
+from scla_mj.anatomy import PROJECTIONS
+from scla_mj.experiments import exact, statistics
+from scla_mj.experiments.report.evidence import Array, Evidence, Study
+from scla_mj.experiments.report.tables import INTERVAL, Figure, Interval, Row
+from scla_mj.experiments.report.wording import setting
+from scla_mj.grid import Action
 from scla_mj.runs.drawing import INK, RULE, SOFT, canvas, draw_policy, draw_weights
 
 WIDTH_IN: Final = 8.6
@@ -32,29 +35,102 @@ class Line(NamedTuple):
     label: str
     series: int
     x: Array
-    curve: Curve
+    curve: statistics.Curve
 
 
 class Level(NamedTuple):
-    """A reference across the axes, or stepwise over `x` where it changes; `text` stands at its right end."""
+    """A reference (n,) across the axes, stepwise over `x` (n,) where it changes; `text` stands at its right end."""
 
     text: str
-    values: Array
     x: Array
+    values: Array
 
 
-def curves(
+def brain_curves(protocol: str, items: Sequence[Evidence], study: Study) -> tuple[Figure, Figure]:
+    """Return the learning curves of brains under one protocol, and their beginnings in blocks of decisions.
+
+    A brain has the same colour under either protocol.
+    """
+    brains = list(dict.fromkeys(map(_brain, study.group("paper", "comparison"))))
+    series = [brains.index(_brain(item)) for item in items]
+    early = [Line(item.experiment.title, index, item.early_decisions, statistics.learning_curve(item.early))
+             for item, index in zip(items, series, strict=True)]  # fmt: skip
+    blocks = np.array([0.0, max(line.x[-1] for line in early)])
+    return (
+        _curves(f"curves-{protocol}", _epoch_lines(items, series), _bounds(items, _epochs(items)), items),
+        _curves(f"early-{protocol}", early, _bounds(items, blocks), items, x_label="decision"),
+    )
+
+
+def _brain(item: Evidence) -> tuple[str, str]:
+    return item.experiment.config.brain, str(item.experiment.config.brain_settings)
+
+
+def _bounds(items: Sequence[Evidence], x: Array) -> list[Level]:
+    """Return the first experiment's ceiling, and what a random walk earns."""
+    item = items[0]
+    walk = exact.random_walk(item.experiment.config.protocol, item.checked.grid())
+    bounds = (("ceiling", float(item.ceilings[0])), ("random walk", walk))
+    return [Level(f"{name} {value:.2f}", x, np.full(len(x), value)) for name, value in bounds]
+
+
+def jump_curve(item: Evidence) -> Figure:
+    """Return the learning curve of an experiment whose target jumps, under the ceiling of each epoch."""
+    level = Level(f"ceiling {item.ceilings[-1]:.2f}", _epochs([item]), item.ceilings)
+    marks = [(item.jump_epoch - 0.5, "the target jumps")]
+    return _curves(f"jump-{item.experiment.name}", _epoch_lines([item], [0]), [level], [item], marks=marks)
+
+
+def world_curves(key: str, items: Sequence[Evidence]) -> Figure:
+    """Return the learning curves of worlds, each in percent of its own ceiling."""
+    x = _epochs(items)
+    lines = _epoch_lines(items, range(len(items)), percent=True)
+    return _curves(key, lines, [Level("ceiling", x, np.full(len(x), 100.0))], items, quantity="percent of ceiling")
+
+
+def _epochs(items: Sequence[Evidence]) -> Array:
+    """Return 1, 2, ... for every epoch of the longest."""
+    return np.arange(1.0, max(item.epochs for item in items) + 1.0)
+
+
+def _epoch_lines(items: Sequence[Evidence], series: Sequence[int], *, percent: bool = False) -> list[Line]:
+    curves = [statistics.learning_curve(item.percent if percent else item.hits) for item in items]
+    return [Line(item.experiment.title, index, _epochs([item]), curve)
+            for item, index, curve in zip(items, series, curves, strict=True)]  # fmt: skip
+
+
+def _curves(
+    key: str,
+    lines: Sequence[Line],
+    levels: Sequence[Level],
+    items: Sequence[Evidence],
+    *,
+    quantity: str = "hits per 1000",
+    x_label: str = "epoch",
+    marks: Sequence[tuple[float, str]] = (),
+) -> Figure:
+    rows = [row for line in lines for row in _rows(line.label, line.x, line.curve)]
+    y_label = quantity if quantity.startswith("percent") else f"{quantity} decisions"
+    chart = draw_curves(lines, levels, y_label=y_label, x_label=x_label, marks=marks)
+    return Figure(key, {"series": None, x_label: 0, quantity: 2, INTERVAL: 2}, rows, setting(*items), chart=chart)
+
+
+def _rows(label: str, x: Array, curve: statistics.Curve) -> list[Row]:
+    points = zip(x, *curve, strict=True)
+    return [(label, int(at), float(mean), Interval(float(low), float(high))) for at, mean, low, high in points]
+
+
+def draw_curves(
     lines: Sequence[Line],
     levels: Sequence[Level],
     *,
     y_label: str,
     x_label: str = "epoch",
     marks: Sequence[tuple[float, str]] = (),
-    from_zero: bool = False,
-) -> Figure:
+) -> mpl.Figure:
     """Draw curves with their bands over epochs, references dotted, and `marks`: upright lines (x, text).
 
-    `from_zero` begins the x axis at 0, for counts.
+    Over anything but epochs the x axis begins at 0.
     """
     with canvas(WIDTH_IN, 3.9 + 0.12 * len(lines)) as (figure, grid):
         axes: Axes = grid[0, 0]
@@ -73,7 +149,7 @@ def curves(
             axes.annotate(text, (x, 0.02), (4, 0), xycoords=("data", "axes fraction"), textcoords="offset points",
                           fontsize=8.5, color=SOFT)  # fmt: skip
         axes.set_ylim(bottom=0)
-        if from_zero:
+        if x_label != "epoch":
             axes.set_xlim(0.0, 1.02 * max(line.x[-1] for line in lines))
         if len(lines) > 1:
             figure.legend(loc="outside lower left", ncols=2, handlelength=2.6)
@@ -88,7 +164,25 @@ def _draw_line(axes: Axes, line: Line) -> None:
         axes.fill_between(line.x, line.curve.low, line.curve.high, color=colour, alpha=0.2, lw=0)
 
 
-def dots(labels: Sequence[str], values: Array, ends: Array, baselines: Array) -> Figure:
+def ablations(key: str, items: Sequence[Evidence], study: Study) -> Figure:
+    """Return every ablation's percent of ceiling when settled, and its baseline's over the same epochs."""
+    rows: list[tuple[str, str, float, Interval, float]] = []
+    for item in items:
+        baseline = study.named(item.experiment.baseline)
+        span = statistics.settled_span(min(item.epochs, baseline.epochs) if baseline else item.epochs)
+        own = item.over(*span)
+        mean, low, high = statistics.estimate(own.percent)
+        as_built = float(baseline.over(*span).percent.mean()) if baseline else math.nan
+        rows.append((item.experiment.title, own.epochs, mean, Interval(low, high), as_built))
+    columns = {
+        "ablation": None, "epochs": None, "percent of ceiling": 2, INTERVAL: 2, "as built, percent of ceiling": 2
+    }  # fmt: skip
+    labels, _, means, ends, baselines = zip(*rows, strict=True)
+    chart = _draw_dots(labels, np.array(means), np.array(ends), np.array(baselines))
+    return Figure(key, columns, rows, setting(*items), chart=chart)
+
+
+def _draw_dots(labels: Sequence[str], values: Array, ends: Array, baselines: Array) -> mpl.Figure:
     """Draw one row per label: its percent of ceiling with its interval `ends` (n, 2), and an upright line as baseline.
 
     The axis begins at the ten percent below the least of them.
@@ -113,21 +207,29 @@ def dots(labels: Sequence[str], values: Array, ends: Array, baselines: Array) ->
         return figure
 
 
-def weights(x: NDArray[np.float64], curve: Curve, *, weight_max: float) -> Figure:
-    """Draw the eight mean weights (epochs, 8) with their bands, and the largest weight possible."""
-    with canvas(WIDTH_IN, 3.9) as (figure, grid):
+def weights(item: Evidence) -> Figure:
+    """Return the eight mean weights of an experiment with synapses, with their bands, below the largest possible."""
+    assert item.weights is not None
+    curve, x = statistics.learning_curve(item.weights), _epochs([item])
+    rows: list[Row] = []
+    for index, projection in enumerate(PROJECTIONS):
+        own = statistics.Curve(*(values[:, index] for values in curve))
+        rows += _rows(projection.name.replace("to", " → "), x, own)
+    with canvas(WIDTH_IN, 3.9) as (chart, grid):
         axes: Axes = grid[0, 0]
         draw_weights(axes, x, curve.mean, (curve.low, curve.high))
-        axes.axhline(weight_max, color=SOFT, lw=1.0, ls=_DOTTED)
+        axes.axhline(item.experiment.config.network.weight_max, color=SOFT, lw=1.0, ls=_DOTTED)
         axes.xaxis.set_major_locator(MaxNLocator(nbins=12, integer=True))
         axes.set_xlabel("epoch")
-        return figure
+    columns = {"series": None, "epoch": 0, "mean weight (mV)": 2, INTERVAL: 2}
+    return Figure(f"weights-{item.experiment.name}", columns, rows, setting(item), chart=chart)
 
 
 def policies(items: Sequence[Evidence]) -> Figure:
-    """Draw the final policy of every experiment, its probabilities the mean over seeds."""
-    rows = math.ceil(len(items) / _ACROSS)
-    with canvas(WIDTH_IN, 0.6 + 3.05 * rows, rows, _ACROSS) as (figure, grid):
+    """Return the maps of experiments with automata at the end of their runs, probabilities the mean over seeds."""
+    height = math.ceil(len(items) / _ACROSS)
+    rows: list[Row] = []
+    with canvas(WIDTH_IN, 0.6 + 3.05 * height, height, _ACROSS) as (chart, grid):
         for axes in grid.flat[len(items) :]:
             axes.set_visible(False)
         for axes, item in zip(grid.flat, items, strict=False):
@@ -135,5 +237,18 @@ def policies(items: Sequence[Evidence]) -> Figure:
             shades = draw_policy(axes, item.last_grid, item.probabilities)
             axes.tick_params(labelsize=7.5)
             axes.set_title(textwrap.fill(item.experiment.title, _TITLE_LETTERS), fontsize=9)
-        figure.colorbar(shades, ax=grid[0], label="probability of an action", location="top", shrink=0.45, aspect=32)
-        return figure
+            rows += _policy_rows(item, item.probabilities)
+        chart.colorbar(shades, ax=grid[0], label="probability of an action", location="top", shrink=0.45, aspect=32)
+    columns: dict[str, int | None] = {"experiment": None, "x": 0, "y": 0}
+    columns |= dict.fromkeys([*(action.label for action in Action), "nearer"], 4)
+    return Figure("policies", columns, rows, setting(*items), chart=chart)
+
+
+def _policy_rows(item: Evidence, probabilities: Array) -> list[Row]:
+    """Return every cell's action probabilities, and that of an action that brings the target one move nearer."""
+    grid, rows = item.last_grid, list[Row]()
+    for cell in (cell for cell in grid.open_cells() if cell != grid.target):
+        chances = probabilities[cell.x - 1, cell.y - 1]
+        good = [action for action, beyond in grid.neighbours(cell) if grid.distances[beyond] < grid.distances[cell]]
+        rows.append((item.experiment.title, cell.x, cell.y, *chances.tolist(), float(chances[good].sum())))
+    return rows

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -18,8 +19,9 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue.experiment import Experiment
-from scla_mj.experiments.report.coverage import is_reduced
-from scla_mj.grid import Grid
+from scla_mj.experiments.report.coverage import in_catalogue, is_reduced
+from scla_mj.experiments.report.tables import span_text
+from scla_mj.grid import PROTOCOLS, Grid
 from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
@@ -31,15 +33,6 @@ Array = NDArray[np.float64]
 BLOCK_DECISIONS: Final = 100
 """Decisions in a block of a run's beginning: fine enough to see a first epoch learn."""
 _EARLY_DECISIONS: Final = 2000
-_SEED: Final = 20_07  # any fixed number: the same data give the same report
-
-
-class Gap(NamedTuple):
-    """A run that the report goes without, and why."""
-
-    experiment: str
-    seed: int
-    reason: str
 
 
 class SeedRun(NamedTuple):
@@ -52,18 +45,28 @@ class SeedRun(NamedTuple):
     """Hits per 1000 in each block of the run's first decisions."""
 
 
+class Stretch(NamedTuple):
+    """Some epochs of an experiment: every seed's means over them (seeds,)."""
+
+    epochs: str
+    """As a table prints them."""
+    hits: Array
+    percent: Array
+
+    @property
+    def moves_per_hit(self) -> float:
+        """Mean over seeds; infinite if one never hit."""
+        return float(statistics.moves_per_hit(self.hits).mean())
+
+
 @dataclass(frozen=True)
 class Evidence:
     """An experiment with its finished runs; arrays are (seeds, epochs) unless said otherwise."""
 
     experiment: Experiment
     runs: tuple[SeedRun, ...]
-    gaps: tuple[Gap, ...]
-
-    @property
-    def measured(self) -> bool:
-        """Whether there is any finished run."""
-        return bool(self.runs)
+    gaps: dict[int, str]
+    """Why the report goes without a seed's run, by seed."""
 
     @property
     def reduced(self) -> bool:
@@ -86,6 +89,18 @@ class Evidence:
         return self.checked.grid(self.epochs)
 
     @property
+    def jump_epoch(self) -> int:
+        """The epoch in which the target jumps, 0 if it stays or the run ends before."""
+        epoch = self.experiment.config.task.jump_epoch
+        return epoch if 0 < epoch <= self.epochs else 0
+
+    @property
+    def obstructed(self) -> bool:
+        """Whether actions go astray or cells are closed."""
+        config = self.experiment.config
+        return bool(config.task.action_noise or config.grid.closed_cells)
+
+    @property
     def seeds(self) -> tuple[int, ...]:
         """Seeds of the finished runs."""
         return tuple(run.summary.seed for run in self.runs)
@@ -104,6 +119,17 @@ class Evidence:
     def percent(self) -> Array:
         """Percent of each epoch's ceiling."""
         return statistics.percent_of_ceiling(self.hits, self.ceilings)
+
+    def over(self, first: int, last: int) -> Stretch:
+        """Return the epochs `first` to `last`, from 1 and inclusive."""
+        hits, percent = (statistics.span_means(values, first, last) for values in (self.hits, self.percent))
+        return Stretch(span_text(first, last), hits, percent)
+
+    @cached_property
+    def settled(self) -> Stretch:
+        """The last two thirds of the epochs; after a jump of the target, the epochs from the second one on."""
+        first, last = statistics.settled_span(self.epochs)
+        return self.over(min(max(first, self.jump_epoch + 1), last), last)
 
     @cached_property
     def early(self) -> Array:
@@ -139,32 +165,38 @@ class Study:
 
     def group(self, *names: str) -> list[Evidence]:
         """Return the measured experiments of some groups."""
-        return [item for item in self.evidence if item.experiment.group in names and item.measured]
+        return [item for item in self.evidence if item.experiment.group in names and item.runs]
+
+    def by_protocol(self, *names: str) -> list[tuple[str, list[Evidence]]]:
+        """Return the measured experiments of some groups, those of each protocol together."""
+        parts = [
+            (protocol, [item for item in self.group(*names) if item.experiment.config.protocol == protocol])
+            for protocol in PROTOCOLS
+        ]
+        return [(protocol, items) for protocol, items in parts if items]
 
     def named(self, name: str | None) -> Evidence | None:
         """Return an experiment if it is measured."""
-        return next((item for item in self.evidence if item.experiment.name == name and item.measured), None)
+        return next((item for item in self.evidence if item.experiment.name == name and item.runs), None)
 
-    def of_brain(self, brain: str, protocol: str) -> Evidence | None:
-        """Return the paper's own experiment with a brain and a protocol, if it is measured."""
-        for item in self.group("paper"):
-            if (item.experiment.config.brain, item.experiment.config.protocol) == (brain, protocol):
-                return item
-        return None
+    def of_brain(self, brain: str, *protocols: str) -> list[Evidence]:
+        """Return the paper's own experiment with a brain and each of the protocols, if it is measured."""
+        own = {item.experiment.config.protocol: item for item in reversed(self.group("paper"))
+               if item.experiment.config.brain == brain}  # fmt: skip
+        return [own[protocol] for protocol in protocols if protocol in own]
 
-    def gaps(self) -> list[Gap]:
-        """Return every run that is missing."""
-        return [gap for item in self.evidence for gap in item.gaps]
+    def in_catalogue(self, *, whole: bool = False) -> int:
+        """Return how many experiments are the catalogue's; with `whole` only those at its scale."""
+        own = [item for item in self.evidence if in_catalogue(item.experiment)]
+        return sum(not (whole and item.reduced) for item in own)
 
-
-def generator() -> np.random.Generator:
-    """Return a fresh generator, always the same: one quantity has one interval wherever the report shows it."""
-    return np.random.Generator(np.random.PCG64(_SEED))
-
-
-def estimate(values: Array) -> statistics.Estimate:
-    """Return the mean over seeds and its interval."""
-    return statistics.estimate(values, rng=generator())
+    def gaps(self) -> list[tuple[str, list[int], str]]:
+        """Return which seeds of which experiment are missing, and why."""
+        return [
+            (item.experiment.name, list(seeds), reason)
+            for item in self.evidence
+            for reason, seeds in groupby(item.gaps, key=item.gaps.__getitem__)
+        ]
 
 
 def gather(out: Path, experiments: Sequence[Experiment]) -> Study:
@@ -173,13 +205,13 @@ def gather(out: Path, experiments: Sequence[Experiment]) -> Study:
 
 
 def _gather_one(out: Path, experiment: Experiment) -> Evidence:
-    runs, gaps = [], []
+    runs, gaps = [], dict[int, str]()
     for seed in experiment.seeds:
         try:
             runs.append(_read(run_folder(out, experiment, seed), experiment, seed))
         except SclaError as reason:
-            gaps.append(Gap(experiment.name, seed, str(reason)))
-    return Evidence(experiment, tuple(runs), tuple(gaps))
+            gaps[seed] = str(reason)
+    return Evidence(experiment, tuple(runs), gaps)
 
 
 def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:

@@ -19,7 +19,9 @@ from markdown_it import MarkdownIt
 from markdown_it.tree import SyntaxTreeNode
 from markupsafe import Markup
 
+from scla_mj.experiments.report.coverage import in_catalogue
 from scla_mj.experiments.report.tables import Figure, Table, number, shown
+from scla_mj.experiments.report.wording import mean_text, seeds_text
 from scla_mj.runs import drawing
 
 _MARKDOWN: Final = MarkdownIt("commonmark", {"html": False}).enable("table")
@@ -51,6 +53,9 @@ def render_markdown(contents: Mapping[str, Any]) -> tuple[str, list[Table]]:
         "fixed": number,
         "capital": lambda title: title[:1].upper() + title[1:],
         "code": lambda text: Markup(_line(text)),
+        "mean_text": mean_text,
+        "seeds_text": seeds_text,
+        "in_catalogue": in_catalogue,
     }
     text = environment.from_string(_read("report.md.j2")).render(contents, show=show)
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n", seen

@@ -12,10 +12,13 @@ from typing import Final, NamedTuple
 from matplotlib.figure import Figure as Chart
 
 from scla_mj.errors import SclaError, remedy
+from scla_mj.experiments import statistics
 
 CSV: Final = "csv"
 FIGURES: Final = "figures"
 ABSENT: Final = "–"
+INTERVAL: Final = f"{100 * statistics.CONFIDENCE:.0f} % interval"
+"""The heading of a column of intervals over seeds."""
 _MINUS: Final = "−"
 
 
@@ -63,6 +66,17 @@ class Figure(Table):
     def picture(self) -> str:
         """The PNG, seen from OUT."""
         return f"{FIGURES}/{self.key}.png"
+
+
+def measured(values: statistics.Array) -> tuple[float, Interval | None]:
+    """Return a mean over seeds (seeds,) and its interval as two cells; None for a single seed."""
+    mean = statistics.estimate(values)
+    return mean.mean, None if math.isnan(mean.low) else Interval(mean.low, mean.high)
+
+
+def span_text(first: int, last: int) -> str:
+    """Return epochs as a table prints them."""
+    return str(first) if first == last else f"{first}–{last}"
 
 
 def shown(cell: Cell, decimals: int | None) -> str:

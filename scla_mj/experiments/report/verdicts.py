@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from scla_mj.experiments.catalogue.experiment import Target
-from scla_mj.experiments.report.evidence import Evidence, Study, estimate
-from scla_mj.experiments.report.tables import Interval
-from scla_mj.experiments.statistics import span_means
+from scla_mj.experiments.report.evidence import Array, Evidence, Study
+from scla_mj.experiments.report.tables import INTERVAL, Interval, Row, Table, measured, span_text
 
 
 class Verdict(NamedTuple):
@@ -19,9 +15,14 @@ class Verdict(NamedTuple):
 
     evidence: Evidence
     target: Target
-    measured: float | None
-    interval: Interval | None
-    reached: bool | None
+    measured: float | None = None
+    interval: Interval | None = None
+    reached: bool | None = None
+
+
+def verdicts(study: Study) -> list[Verdict]:
+    """Return every target of every experiment, judged."""
+    return [judge(study, item, target) for item in study.evidence for target in item.experiment.targets]
 
 
 def judge(study: Study, evidence: Evidence, target: Target) -> Verdict:
@@ -31,26 +32,40 @@ def judge(study: Study, evidence: Evidence, target: Target) -> Verdict:
     """
     rivals = [study.named(name) for name in target.rivals]
     if not all(_covers(item, target) for item in (evidence, *rivals)):
-        return Verdict(evidence, target, None, None, None)
+        return Verdict(evidence, target)
     seeds = _seed_means(evidence, target)
     if rivals:
         target = target._replace(low=max(float(_seed_means(rival, target).mean()) for rival in rivals if rival))
-    mean = estimate(seeds)
-    interval = None if math.isnan(mean.low) else Interval(mean.low, mean.high)
+    mean, interval = measured(seeds)
     if target.statistic == "interval holds":
         reached = interval is not None and bool(interval.low <= target.low and target.high <= interval.high)
-        return Verdict(evidence, target, mean.mean, interval, reached)
-    worst = target.statistic == "worst seed percent of ceiling"
-    measured = float(seeds.min()) if worst else mean.mean
-    return Verdict(evidence, target, measured, None if worst else interval, bool(target.low <= measured <= target.high))
+        return Verdict(evidence, target, mean, interval, reached)
+    if target.statistic == "worst seed percent of ceiling":
+        mean, interval = float(seeds.min()), None
+    return Verdict(evidence, target, mean, interval, bool(target.low <= mean <= target.high))
 
 
 def _covers(evidence: Evidence | None, target: Target) -> bool:
     if evidence is None or evidence.reduced or evidence.gaps:
         return False
-    return evidence.measured and target.last_epoch <= evidence.epochs
+    return bool(evidence.runs) and target.last_epoch <= evidence.epochs
 
 
-def _seed_means(evidence: Evidence, target: Target) -> NDArray[np.float64]:
-    values = evidence.percent if "percent" in target.statistic else evidence.hits
-    return span_means(values, target.first_epoch, target.last_epoch)
+def _seed_means(evidence: Evidence, target: Target) -> Array:
+    stretch = evidence.over(target.first_epoch, target.last_epoch)
+    return stretch.percent if "percent" in target.statistic else stretch.hits
+
+
+def targets_table(judged: Sequence[Verdict]) -> Table:
+    """Return one row per target: what was wanted, what was measured, and the verdict."""
+    columns = {"experiment": None, "target": None, "epochs": None, "measured": 2, INTERVAL: 2, "verdict": None}
+    return Table("targets", columns, [_row(verdict) for verdict in judged])
+
+
+def _row(verdict: Verdict) -> Row:
+    experiment, target = verdict.evidence.experiment, verdict.target
+    unknown = "not judged" if verdict.evidence.reduced else "not measured"
+    word = {True: "reached", False: "missed", None: unknown}[verdict.reached]
+    span = span_text(target.first_epoch, target.last_epoch)
+    wanted = f"{target.text}: {target.low:.1f}" if target.rivals and verdict.reached is not None else target.text
+    return experiment.title, wanted, span, verdict.measured, verdict.interval, word

@@ -9,19 +9,18 @@ from typing import Any, Final
 
 from scla_mj.errors import SclaError, remedy
 from scla_mj.experiments import paper, statistics
+from scla_mj.experiments.catalogue import CATALOGUE
 from scla_mj.experiments.catalogue.experiment import Experiment
-from scla_mj.experiments.report.chapters.ablations import ablations
-from scla_mj.experiments.report.chapters.brains import brains, policies
-from scla_mj.experiments.report.chapters.errata import errata
-from scla_mj.experiments.report.chapters.making import making
-from scla_mj.experiments.report.chapters.paper import paper_results
-from scla_mj.experiments.report.chapters.shared import INTERVAL
-from scla_mj.experiments.report.chapters.summary import summary
-from scla_mj.experiments.report.chapters.worlds import worlds
+from scla_mj.experiments.report import charts, evidence, results
 from scla_mj.experiments.report.coverage import covered
-from scla_mj.experiments.report.evidence import BLOCK_DECISIONS, Study, gather
+from scla_mj.experiments.report.errata import errata
+from scla_mj.experiments.report.evidence import Study, gather
+from scla_mj.experiments.report.provenance import provenance
 from scla_mj.experiments.report.render import render_html, render_markdown
-from scla_mj.experiments.report.tables import CSV, FIGURES, Figure, write_csv
+from scla_mj.experiments.report.tables import CSV, FIGURES, INTERVAL, Figure, write_csv
+from scla_mj.experiments.report.verdicts import targets_table, verdicts
+from scla_mj.experiments.report.wording import scale_text
+from scla_mj.grid import PROTOCOLS
 from scla_mj.runs import drawing
 from scla_mj.runs.atomic import replacing
 
@@ -64,24 +63,23 @@ def write_report(out: Path, experiments: Sequence[Experiment], *, command: str |
 
 
 def contents(study: Study, command: str | None) -> dict[str, Any]:
-    """Return everything that the template `report.md.j2` prints, by name."""
+    """Return what the template `report.md.j2` prints, and what it calls with the study's experiments, by name."""
     return {
+        "study": study,
         "command": command,
-        "interval": INTERVAL,
-        "block": BLOCK_DECISIONS,
-        "window": statistics.WINDOW_DECISIONS,
-        "mastery": f"{100 * statistics.MASTERY:.0f} %",
-        "resamples": statistics.BOOTSTRAP_RESAMPLES,
-        "permutations": statistics.PERMUTATIONS,
+        "protocols": PROTOCOLS,
+        "catalogue": CATALOGUE,
         "printed": paper,
-        "summary": summary(study),
-        "paper": paper_results(study),
-        "brains": brains(study),
-        "policies": policies(study),
-        "worlds": worlds(study),
-        "ablations": ablations(study),
-        "errata": errata(),
-        "making": making(study),
+        "interval": INTERVAL,
+        "statistics": statistics,
+        "evidence": evidence,
+        "results": results,
+        "charts": charts,
+        "verdicts": verdicts,
+        "targets_table": targets_table,
+        "scale_text": scale_text,
+        "errata": errata,
+        "provenance": provenance,
     }
 
 

@@ -9,25 +9,25 @@ from typing import Any, Final
 import numpy as np
 
 from scla_mj.config import RunConfig, flatten
-from scla_mj.experiments.report.chapters import shared
 from scla_mj.experiments.report.evidence import Evidence, Study
 from scla_mj.experiments.report.tables import Row, Table
+from scla_mj.experiments.report.wording import seeds_text
 from scla_mj.runs.folder import package_versions
 
 _OF_THE_REPORT: Final = ("scipy", "matplotlib")
 _OF_THE_EXPERIMENT: Final = ("seed", "telemetry")
 
 
-def making(study: Study) -> dict[str, Table]:
-    """Return what someone needs to make the report again."""
+def provenance(study: Study) -> tuple[Table, Table, Table]:
+    """Return what someone needs to make the report again: the experiments, the default settings, the versions."""
     defaults = [(name, _value(value)) for name, value in flatten(RunConfig()).items() if name not in _OF_THE_EXPERIMENT]
     versions = package_versions() | {name: metadata.version(name) for name in _OF_THE_REPORT}
-    return {
-        "experiments": _experiments(study),
-        "settings": Table("settings", {"setting": None, "default": None}, defaults),
-        "versions": Table("versions", {"package": None, "version": None},
-                          [*versions.items(), ("processors", str(os.cpu_count()))]),
-    }  # fmt: skip
+    versions["processors"] = str(os.cpu_count())
+    return (
+        _experiments(study),
+        Table("settings", {"setting": None, "default": None}, defaults),
+        Table("versions", {"package": None, "version": None}, list(versions.items())),
+    )
 
 
 def _experiments(study: Study) -> Table:
@@ -50,7 +50,7 @@ def _row(item: Evidence) -> Row:
         experiment.name,
         _changes(experiment.config),
         f"{experiment.config.epochs} × {experiment.config.decisions}",
-        shared.seeds_text(item.seeds) if item.measured else "none",
+        seeds_text(item.seeds) if item.runs else "none",
         len(item.gaps),
         sum(summary.transitions.failed for summary in summaries),
         sum(summary.simulated_s for summary in summaries) / 3600,

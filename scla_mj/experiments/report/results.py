@@ -1,0 +1,153 @@
+"""The tables of results: experiments side by side, next to the paper's figures, and tested against their baselines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from scla_mj.anatomy import PROJECTIONS
+from scla_mj.experiments import paper, statistics
+from scla_mj.experiments.exact import beside_the_target
+from scla_mj.experiments.report.evidence import Array, Evidence, Study
+from scla_mj.experiments.report.tables import INTERVAL, Cell, Row, Table, measured, span_text
+from scla_mj.experiments.report.wording import setting
+
+_SEEDS_OF_AN_EFFECT: Final = 3
+"""Of fewer seeds an effect size says next to nothing: two against two lie wholly apart by chance one time in three."""
+_IN_PERCENT: Final = {"epoch 1, %": 1, "settled, %": 2, INTERVAL: 2, "worst seed, %": 1}
+_SPEED: Final = {"decisions to 90 %": 0, "reached by": None, "epochs": None, "seeds": 0}
+_COLUMNS: Final[dict[str, dict[str, int | None]]] = {
+    "brain": {"epoch 1": 1, "settled": 2, INTERVAL: 2, "% of ceiling": 1, "moves per hit": 2, **_SPEED},
+    "world": {"ceiling": 2, **_IN_PERCENT, "moves per hit": 2, **_SPEED},
+    "ablation": {"what it asks": None, **_IN_PERCENT, **_SPEED},
+}
+
+
+def comparison(kind: str, key: str, items: Sequence[Evidence]) -> Table:
+    """Return one row per experiment, of the columns for its `kind`: a brain, a world or an ablation."""
+    columns = {kind: None, **_COLUMNS[kind]}
+    rows = [{kind: item.experiment.title, **_measures(item, percent="settled, %" in columns)} for item in items]
+    return Table(key, columns, [tuple(row[name] for name in columns) for row in rows], setting(*items))
+
+
+def _measures(item: Evidence, *, percent: bool) -> dict[str, Cell]:
+    """Return all that a table may show of an experiment; its interval is that of the percent of ceiling, or of hits."""
+    settled = item.settled
+    decisions, reached = _mastery(item)
+    return {
+        "what it asks": item.experiment.question,
+        "ceiling": item.ceilings[-1],
+        "epoch 1": item.hits[:, 0].mean(),
+        "epoch 1, %": item.percent[:, 0].mean(),
+        "settled": settled.hits.mean(),
+        "settled, %": settled.percent.mean(),
+        INTERVAL: measured(settled.percent if percent else settled.hits)[1],
+        "worst seed, %": settled.percent.min(),
+        "% of ceiling": settled.percent.mean(),
+        "moves per hit": settled.moves_per_hit,
+        "decisions to 90 %": decisions,
+        "reached by": reached,
+        "epochs": settled.epochs,
+        "seeds": len(item.runs),
+    }
+
+
+def _mastery(item: Evidence) -> tuple[float | None, str | None]:
+    """Return the median decision at which the seeds reached mastery (None if half never did), and how many did.
+
+    Both are None for runs that are shorter than the window over which mastery is measured.
+    """
+    if item.experiment.config.epochs * item.experiment.config.decisions < statistics.WINDOW_DECISIONS:
+        return None, None
+    reached = sorted(math.inf if run.mastery is None else float(run.mastery) for run in item.runs)
+    count, half = sum(map(math.isfinite, reached)), len(reached) // 2
+    known = math.isfinite(reached[half])  # the upper of the middle two, where their mean is the median
+    return float(np.median(reached)) if known else None, f"{count} of {len(reached)}"
+
+
+def jump_table(item: Evidence) -> Table:
+    """Return the epochs from the one before the target's jump."""
+    columns = {"epoch": 0, "ceiling": 2, "hits per 1000": 2, INTERVAL: 2, "% of ceiling": 1}
+    rows: list[Row] = []
+    for epoch in range(max(1, item.jump_epoch - 1), item.epochs + 1):
+        stretch = item.over(epoch, epoch)
+        rows.append((epoch, item.ceilings[epoch - 1], *measured(stretch.hits), stretch.percent.mean()))
+    return Table(f"jump-{item.experiment.name}", columns, rows, setting(item))
+
+
+def table_5(items: Sequence[Evidence]) -> Table:
+    """Return the paper's Table 5 next to our epochs under each protocol."""
+    columns: dict[str, int | None] = {"epoch": None, "paper": 2}
+    for name in (item.experiment.config.protocol for item in items):
+        columns |= {f"ours, {name}": 2, f"{name}: {INTERVAL}": 2, f"{name}: % of ceiling": 1}
+    last = min(len(paper.TABLE_5), *(item.epochs for item in items))
+    rows: list[Row] = []
+    for first, end in [(epoch, epoch) for epoch in range(1, last + 1)] + [(1, last)]:
+        stretches = [item.over(first, end) for item in items]
+        ours = [cell for each in stretches for cell in (*measured(each.hits), each.percent.mean())]
+        rows.append((span_text(first, end), float(np.mean(paper.TABLE_5[first - 1 : end])), *ours))
+    rows[-1] = (f"mean of {rows[-1][0]}", *rows[-1][1:])
+    ceilings = [cell for item in items for cell in (item.ceilings[0], None, 100.0)]
+    return Table("table-5", columns, [*rows, ("ceiling", None, *ceilings)], setting(*items))
+
+
+def automaton(item: Evidence) -> Table:
+    """Return what the automaton alone earns: the paper's, what is exact, and ours."""
+    columns = {"source": None, "epochs": None, "hits per 1000": 2, INTERVAL: 2, "moves per hit": 2}
+    exact = beside_the_target()
+    rows: list[Row] = [
+        ("paper, the automaton alone", None, paper.AUTOMATON_HITS, None, paper.AUTOMATON_MOVES),
+        ("exact: perfect beside the target, random elsewhere", None, exact, None, 1000.0 / exact),
+    ]
+    first, last = paper.AUTOMATON_SPAN
+    papers = [item.over(first, min(last, item.epochs))] if first <= item.epochs else []
+    rows += [("ours", each.epochs, *measured(each.hits), each.moves_per_hit) for each in (*papers, item.settled)]
+    return Table("automaton", columns, rows, setting(item))
+
+
+def differences(key: str, items: Sequence[Evidence], study: Study) -> tuple[Table, bool] | None:
+    """Return the tests of `items` against their baselines in percent of ceiling, and whether all of them are exact.
+
+    Each is tested in the first epoch and when both have settled; None if there is no baseline.
+    """
+    baselines = [(item, study.named(item.experiment.baseline)) for item in items]
+    tests = [
+        (item, other, span_text(*span), compare_over(item, other, *span))
+        for item, other in baselines
+        if other
+        for span in shared_spans(item, other)
+    ]
+    if not tests:
+        return None
+    adjusted = statistics.holm(np.array([result.p_value for *_, result in tests]))
+    columns = {
+        "experiment": None, "against": None, "epochs": None, "difference": 2, "p": 4, "p (Holm)": 4, "Hedges' g": 2,
+        "Cliff's δ": 2, "seeds": None,
+    }  # fmt: skip
+    rows: list[Row] = []
+    for (item, other, epochs, result), p_value in zip(tests, adjusted, strict=True):
+        seeds = len(item.runs), len(other.runs)
+        effects = (result.hedges_g, result.cliffs_delta) if min(seeds) >= _SEEDS_OF_AN_EFFECT else (None, None)
+        rows.append((item.experiment.title, other.experiment.title, epochs, result.difference, result.p_value,
+                     p_value, *effects, f"{seeds[0]}, {seeds[1]}"))  # fmt: skip
+    return Table(f"tests-{key}", columns, rows, setting(*items)), all(result.exact for *_, result in tests)
+
+
+def shared_spans(item: Evidence, baseline: Evidence) -> list[tuple[int, int]]:
+    """Return the first epoch, and the epochs in which both have settled."""
+    return list(dict.fromkeys([(1, 1), statistics.settled_span(min(item.epochs, baseline.epochs))]))
+
+
+def compare_over(item: Evidence, baseline: Evidence, first: int, last: int) -> statistics.Difference:
+    """Test an experiment against its baseline over the same epochs of both."""
+    return statistics.compare(item.over(first, last).percent, baseline.over(first, last).percent)
+
+
+def final_weights(item: Evidence) -> tuple[Array, Array]:
+    """Return the mean agreeing and the mean opposite weight at the end, in mV, of every seed (seeds,)."""
+    assert item.weights is not None
+    agrees = np.array([projection.agrees for projection in PROJECTIONS])
+    return item.weights[:, -1, agrees].mean(axis=1), item.weights[:, -1, ~agrees].mean(axis=1)

@@ -1,0 +1,52 @@
+"""What captions and sentences say of runs: seeds, scales and settings, a range where experiments differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scla_mj.experiments.catalogue.experiment import Experiment
+from scla_mj.experiments.report.evidence import Array, Evidence
+from scla_mj.experiments.report.tables import INTERVAL, measured, number
+
+
+def seeds_text(seeds: Sequence[int]) -> str:
+    """Return how many seeds and which."""
+    ordered = sorted(seeds)
+    gapless = len(ordered) > 1 and ordered == list(range(ordered[0], ordered[-1] + 1))
+    listed = f"{ordered[0]} to {ordered[-1]}" if gapless else ", ".join(map(str, ordered))
+    return f"{len(ordered)} seed{'s' if len(ordered) != 1 else ''} ({listed})"
+
+
+def setting(*items: Evidence) -> str:
+    """Return the sentence that ends a caption: protocol, ceiling, seeds, epochs; a range where they differ."""
+    ceilings: dict[str, list[float]] = {}
+    for item in items:
+        ceilings.setdefault(item.experiment.config.protocol, []).extend(item.ceilings.tolist())
+    protocols = " and ".join(f"{name} (ceiling {_several(own, '{:.2f}')})" for name, own in ceilings.items())
+    epochs = _several([item.epochs for item in items])
+    decisions = _several([item.experiment.config.decisions for item in items])
+    seeds = " or ".join(dict.fromkeys(seeds_text(item.seeds) for item in items))
+    span = f"{epochs} epoch{'' if epochs == '1' else 's'} of {decisions} decisions"
+    return f"Protocol {protocols}, in hits per 1000 decisions; {seeds}; {span}."
+
+
+def scale_text(experiments: Sequence[Experiment]) -> str:
+    """Return the scale of some experiments in words: seeds, epochs and decisions, a range where they differ."""
+    scales = [(len(each.seeds), each.config.epochs, each.config.decisions) for each in experiments]
+    seeds, epochs, decisions = (_several(own).replace(" and ", " or ") for own in zip(*scales, strict=True))
+    seed, epoch = ("" if count == "1" else "s" for count in (seeds, epochs))
+    return f"{seeds} seed{seed} and {epochs} epoch{epoch} of {decisions} decisions"
+
+
+def _several(values: Sequence[float], form: str = "{}") -> str:
+    distinct = list(dict.fromkeys(form.format(value) for value in sorted(values)))
+    return " and ".join(distinct) if len(distinct) < 3 else f"{distinct[0]} to {distinct[-1]}"
+
+
+def mean_text(values: Array, decimals: int) -> str:
+    """Return a mean over seeds and its interval in words."""
+    mean, interval = measured(values)
+    middle = number(mean, decimals)
+    if interval is None:
+        return middle
+    return f"{middle} ({INTERVAL} {number(interval.low, decimals)} to {number(interval.high, decimals)})"
