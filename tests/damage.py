@@ -21,7 +21,7 @@ from scla_mj.runs.brain import read_brain
 from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.folder import open_run
-from scla_mj.runs.seal import check_seal, lift_seal
+from scla_mj.runs.seal import check_seal
 from scla_mj.runs.summary import read_summary
 
 Random = np.random.Generator
@@ -127,7 +127,7 @@ def make_runs(work: Path) -> None:
 
     rollout(config, work / "finished", watch=copy, pictures=False, checkpoint_period_s=0.0)
     shutil.copytree(work / "finished", work / "unsealed")
-    lift_seal(work / "unsealed")
+    (work / "unsealed" / paths.SEAL_JSON).unlink()
 
 
 class Way(NamedTuple):

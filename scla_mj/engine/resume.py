@@ -14,10 +14,10 @@ from scla_mj.engine.lock import running
 from scla_mj.engine.session import Session, Watch
 from scla_mj.errors import SclaError
 from scla_mj.runs import folder
-from scla_mj.runs.atomic import cannot_write, remove_scratch
+from scla_mj.runs.atomic import remove, remove_scratch
 from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
 from scla_mj.runs.decisions import take_back
-from scla_mj.runs.seal import broken_files, lift_seal
+from scla_mj.runs.seal import broken_files
 from scla_mj.runs.summary import read_summary
 from scla_mj.telemetry.growth import check_parts
 
@@ -134,12 +134,8 @@ def _refuse_missing_log(run: Run) -> None:
 
 def _take_back(run: Run, decisions: int) -> None:
     """Turn the folder back to what it was after that many decisions; recordings stay, as they tell their own part."""
-    lift_seal(run.path)
+    remove(run.file(paths.SEAL_JSON))
     for name in folder.RUN_FILES:
         remove_scratch(run.file(name))
     take_back(run.path, decisions)
-    try:
-        for name in _RESULTS:
-            run.file(name).unlink(missing_ok=True)
-    except OSError as error:
-        raise cannot_write(run.path, error) from error
+    remove(*map(run.file, _RESULTS))

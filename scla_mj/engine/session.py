@@ -12,8 +12,9 @@ from scla_mj.engine.account import Account
 from scla_mj.engine.interrupts import held_back
 from scla_mj.errors import SclaError
 from scla_mj.markov import hits_per_1000, uniform_policy
+from scla_mj.runs.atomic import remove
 from scla_mj.runs.brain import write_brain
-from scla_mj.runs.checkpoint import remove_checkpoint, write_checkpoint
+from scla_mj.runs.checkpoint import write_checkpoint
 from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.seal import write_seal
 from scla_mj.runs.summary import Summary, Tally, write_summary
@@ -189,7 +190,7 @@ class Session:
         if self._pictures:
             self._draw(summary, memory)
         if complete:
-            remove_checkpoint(path)
+            remove(self._run.file(paths.CHECKPOINT_NPZ))
         write_seal(path)
         return summary
 

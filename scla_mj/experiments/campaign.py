@@ -14,7 +14,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.catalogue import Experiment
 from scla_mj.experiments.workers import ignoring_sigint, pool
-from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
+from scla_mj.paths import SUMMARY_JSON
 
 _UNFINISHED: Final = ".part"
 
@@ -99,10 +99,10 @@ def _run(config: RunConfig, folder: Path) -> None:
 def _gone_on(unfinished: Path, config: RunConfig) -> bool:
     """Go on with a run that was interrupted; tell whether that was possible. Its bits are the same either way."""
     from scla_mj.engine.resume import resume
-    from scla_mj.runs.folder import load_config
+    from scla_mj.runs.folder import open_run
 
     try:
-        if not unfinished.exists() or load_config(unfinished / CONFIG_JSON) != config:
+        if not unfinished.exists() or open_run(unfinished).config != config:
             return False
         resume(unfinished, pictures=False)
     except SclaError:
@@ -111,7 +111,7 @@ def _gone_on(unfinished: Path, config: RunConfig) -> bool:
 
 
 def _check_same(folder: Path, config: RunConfig) -> None:
-    from scla_mj.runs.folder import load_config
+    from scla_mj.runs.folder import open_run
 
-    if load_config(folder / CONFIG_JSON) != config:
+    if open_run(folder).config != config:
         raise SclaError(f"{folder} holds a run with other settings: choose another OUT or move that one away")

@@ -35,12 +35,11 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     scratch = path.with_name(_SCRATCH.format(path.name, os.getpid()))
     try:
-        yield scratch
-        _sync(scratch)
-        scratch.replace(path)
-        _sync_folder(path.parent)
-    except OSError as error:
-        raise cannot_write(path, error) from error
+        with writing(path):
+            yield scratch
+            _sync(scratch)
+            scratch.replace(path)
+            _sync_folder(path.parent)
     finally:
         scratch.unlink(missing_ok=True)
 
@@ -51,17 +50,64 @@ def remove_scratch(path: Path) -> None:
     Raises:
         SclaError: it cannot be removed.
     """
+    remove(*path.parent.glob(_SCRATCH.format(glob.escape(path.name), "*")))
+
+
+def remove(*paths: Path) -> None:
+    """Remove files, those that there are.
+
+    Raises:
+        SclaError: one cannot be removed.
+    """
+    for path in paths:
+        with writing(path):
+            path.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(path: Path, *, refusal: str = "") -> Iterator[None]:
+    """Turn what the system raises in this block into the one sentence for a file that cannot be written.
+
+    Raises:
+        SclaError: the folder cannot be written to, or the disk is full; `refusal` where `path` may not exist but does.
+    """
     try:
-        for scratch in path.parent.glob(_SCRATCH.format(glob.escape(path.name), "*")):
-            scratch.unlink()
+        yield
     except OSError as error:
-        raise cannot_write(path, error) from error
+        if refusal and isinstance(error, FileExistsError):
+            raise SclaError(refusal) from error
+        reason = os.strerror(error.errno) if error.errno else error  # a library may put more than one line into its own
+        raise SclaError(f"cannot write {path}: {reason}; {remedy(error, folder='RUN')}") from error
 
 
-def cannot_write(path: Path, error: OSError) -> SclaError:
-    """Return the one sentence for a file that cannot be written."""
-    reason = os.strerror(error.errno) if error.errno else error  # a library may put more than one line into its own
-    return SclaError(f"cannot write {path}: {reason}; {remedy(error, folder='RUN')}")
+@contextmanager
+def reading(path: Path, content: str, *, most_bytes: float = math.inf) -> Iterator[None]:
+    """Turn what is raised in this block, in which `path` is read, into one sentence; it must hold `content`.
+
+    What is there but no regular file is refused first, since a pipe may never end, and a file that is too long to be
+    ours.
+
+    Raises:
+        SclaError: the file is missing, unreadable, longer than `most_bytes`, or damaged.
+    """
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise SclaError(f"{path} is damaged: it must be a file, not a folder, a pipe or a device")
+        if status.st_size > most_bytes:
+            raise SclaError(
+                f"{path} is damaged: it holds {status.st_size} bytes, a file of ours at most {most_bytes:g}"
+            )
+        yield
+    except SclaError:
+        raise
+    except FileNotFoundError as error:
+        raise SclaError(f"{path} does not exist: choose a folder that `scla-mj rollout` wrote") from error
+    except Exception as error:  # zipfile, zlib, numpy and pyarrow raise a dozen kinds on damaged bytes
+        if isinstance(error, OSError) and error.errno:
+            raise SclaError(f"cannot read {path}: {error.strerror}; choose a readable run folder") from error
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise SclaError(f"{path} is damaged: it must hold {content} ({reason})") from error
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
@@ -85,13 +131,8 @@ def read_json(path: Path, *, by_hand: bool = False) -> dict[str, Any]:
     Raises:
         SclaError: the file is missing, unreadable, no JSON object, or not what was written.
     """
-    check_regular(path, most_bytes=_MOST_JSON_BYTES)
-    try:
+    with reading(path, "JSON", most_bytes=_MOST_JSON_BYTES):
         content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise cannot_read(path, error) from error
-    except (ValueError, RecursionError) as error:
-        raise SclaError(f"{path} is damaged: it must hold JSON ({error})") from error
     if not isinstance(content, dict):
         raise SclaError(f"{path} is damaged: it must hold a JSON object, not {type(content).__name__}")
     if by_hand and DIGEST not in content:
@@ -115,31 +156,6 @@ def spelling(path: Path) -> Callable[[tuple[str | int, ...]], str]:
 def _digest(content: dict[str, Any]) -> str:
     """Return the SHA-256 of what the content means: neither the order of its keys nor its spaces count."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def check_regular(path: Path, *, most_bytes: float = math.inf) -> None:
-    """Refuse what is there but no regular file, since a pipe may never end, and a file that is too long to be ours.
-
-    Raises:
-        SclaError: it is another thing, or longer than `most_bytes`.
-    """
-    try:
-        status = path.stat()
-    except FileNotFoundError:
-        return  # whoever opens it says so in its own words
-    except OSError as error:
-        raise cannot_read(path, error) from error
-    if not stat.S_ISREG(status.st_mode):
-        raise SclaError(f"{path} is damaged: it must be a file, not a folder, a pipe or a device")
-    if status.st_size > most_bytes:
-        raise SclaError(f"{path} is damaged: it holds {status.st_size} bytes, a file of ours at most {most_bytes:g}")
-
-
-def cannot_read(path: Path, error: OSError) -> SclaError:
-    """Return the one sentence for a file that is missing or cannot be read."""
-    if isinstance(error, FileNotFoundError):
-        return SclaError(f"{path} does not exist: choose a folder that `scla-mj rollout` wrote")
-    return SclaError(f"cannot read {path}: {error.strerror or error}; choose a readable run folder")
 
 
 def _sync_folder(path: Path) -> None:

@@ -13,8 +13,7 @@ from scla_mj.anatomy import NEURONS_PER_SIDE, PROJECTION_NAMES
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import BRAIN_NPZ
-from scla_mj.runs.archive import add_array
-from scla_mj.runs.atomic import cannot_read, check_regular, replacing
+from scla_mj.runs.atomic import reading, replacing
 from scla_mj.signals import Snapshot, WeightCurve
 
 WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
@@ -41,9 +40,8 @@ def write_brain(folder: Path, snapshot: Snapshot, history: WeightCurve | None = 
         arrays["probabilities"] = snapshot.probabilities
     if history is not None and len(history.decision):
         arrays |= dict(zip(_HISTORY, history, strict=True))
-    with replacing(Path(folder) / BRAIN_NPZ) as scratch, zipfile.ZipFile(scratch, "w") as archive:
-        for name, array in arrays.items():
-            add_array(archive, name, array)
+    with replacing(Path(folder) / BRAIN_NPZ) as scratch, scratch.open("wb") as file:
+        np.savez(file, allow_pickle=False, **{name: np.asarray(array, order="C") for name, array in arrays.items()})
 
 
 def read_brain(folder: Path) -> Snapshot:
@@ -77,17 +75,13 @@ def read_weight_history(folder: Path) -> WeightCurve | None:
 
 
 def _read_members(path: Path) -> dict[str, NDArray[Any]]:
-    check_regular(path)
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            _check_members(path, archive)
-            return {name: archive[name] for name in archive.files}
-    except SclaError:
-        raise
-    except OSError as error:
-        raise cannot_read(path, error) from error
-    except Exception as error:  # zipfile, zlib and numpy raise a dozen kinds on damaged bytes
-        raise SclaError(f"{path} is damaged: it must hold numpy arrays ({type(error).__name__})") from error
+    with (
+        reading(path, "numpy arrays"),
+        path.open("rb") as stream,
+        np.load(stream, allow_pickle=False) as archive,
+    ):
+        _check_members(path, archive)
+        return {name: archive[name] for name in archive.files}
 
 
 def _check_members(path: Path, archive: Any) -> None:

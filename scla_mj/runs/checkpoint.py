@@ -9,8 +9,10 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
 import re
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,8 +21,7 @@ from numpy.typing import NDArray
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import CHECKPOINT_NPZ
-from scla_mj.runs.archive import add_array, member
-from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, replacing
+from scla_mj.runs.atomic import reading, replacing
 
 FORMAT: Final = 2
 
@@ -48,10 +49,9 @@ def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
     arrays: dict[str, NDArray[Any]] = {}
     text = json.dumps({"format": FORMAT, "state": _packed(state, "", arrays)})
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        archive.writestr(member(_STATE), text)
-        for name, array in arrays.items():
-            add_array(archive, name, array)
+    np.savez(buffer, allow_pickle=False, **arrays)
+    with zipfile.ZipFile(buffer, "a") as archive:
+        archive.writestr(zipfile.ZipInfo(_STATE), text)
         archive.comment = _COMMENT + bytes(_DIGEST_BYTES)
     content = buffer.getbuffer()[:-_DIGEST_BYTES]
     with replacing(Path(folder) / CHECKPOINT_NPZ) as scratch, scratch.open("wb") as file:
@@ -66,37 +66,24 @@ def read_checkpoint(folder: Path) -> dict[str, Any] | None:
         SclaError: the file cannot be read, is damaged, or is of another format.
     """
     path = Path(folder) / CHECKPOINT_NPZ
-    check_regular(path, most_bytes=_MOST_BYTES)
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
+    if not os.path.lexists(path):
         return None
-    except OSError as error:
-        raise cannot_read(path, error) from error
+    with reading(path, "a checkpoint", most_bytes=_MOST_BYTES):
+        content = path.read_bytes()
     body = memoryview(content)[:-_DIGEST_BYTES]
     if _digest(body) != content[-_DIGEST_BYTES:]:
         raise SclaError(f"{path} is damaged: it does not fit its own SHA-256; {START_AGAIN}")
     try:
-        top = _unpacked_file(content)
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.zip.infolist()):
+                raise ValueError("it is compressed")
+            top = _unpacked(json.loads(archive[_STATE]), archive)
         found, state = top["format"], top["state"]
     except Exception as error:  # a file with a sound digest that we did not write
         raise SclaError(f"{path} is no checkpoint of scla-mj ({type(error).__name__}); {START_AGAIN}") from error
     if found != FORMAT or not isinstance(state, dict):
         raise SclaError(f"{path} has format {found!r}: this scla-mj reads format {FORMAT}; {START_AGAIN}")
     return state
-
-
-def remove_checkpoint(folder: Path) -> None:
-    """Remove a run's checkpoint, if there is one.
-
-    Raises:
-        SclaError: it cannot be removed.
-    """
-    path = Path(folder) / CHECKPOINT_NPZ
-    try:
-        path.unlink(missing_ok=True)
-    except OSError as error:
-        raise cannot_write(path, error) from error
 
 
 def check_state(state: Any) -> None:
@@ -128,23 +115,14 @@ def _packed(value: Any, where: str, arrays: dict[str, NDArray[Any]]) -> Any:
     raise SclaError(f"{where} is {type(value).__name__}: a state holds {kinds}")
 
 
-def _unpacked_file(content: bytes) -> dict[str, Any]:
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
-            raise ValueError("it is compressed")
-        top: dict[str, Any] = _unpacked(json.loads(archive.read(_STATE)), archive)
-        return top
-
-
-def _unpacked(value: Any, archive: zipfile.ZipFile) -> Any:
+def _unpacked(value: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
     if isinstance(value, list):
-        return [_unpacked(item, archive) for item in value]
+        return [_unpacked(item, arrays) for item in value]
     if not isinstance(value, dict):
         return value
     if _ARRAY in value:
-        with archive.open(f"{value[_ARRAY]}.npy") as stream:
-            return np.lib.format.read_array(stream, allow_pickle=False)
-    return {key: _unpacked(item, archive) for key, item in value.items()}
+        return arrays[value[_ARRAY]]
+    return {key: _unpacked(item, arrays) for key, item in value.items()}
 
 
 def _digest(content: memoryview | bytes) -> bytes:

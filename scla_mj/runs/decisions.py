@@ -21,7 +21,7 @@ from scla_mj.anatomy import MOTOR
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
-from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, replacing
+from scla_mj.runs.atomic import reading, remove, replacing, writing
 from scla_mj.runs.stream import header, message, whole_batches
 from scla_mj.signals import DecisionRecord, Outcome
 
@@ -30,6 +30,7 @@ BATCH_ROWS: Final = 250
 ROW_GROUP_ROWS: Final = 16_384
 """Rows of a Parquet row group: a few hundred kilobytes of memory when a log is closed."""
 
+_CONTENT: Final = "the decisions of a run"
 NONE: Final = "none"
 SPIKE_COLUMNS: Final = tuple(f"spikes_{population.name}" for population in MOTOR)
 DIRECTIONS: Final = frozenset(action.label for action in Action)
@@ -102,15 +103,11 @@ class DecisionLog:
         self._partial = self._folder / DECISIONS_PARTIAL
         if (self._folder / DECISIONS_PARQUET).exists():
             raise SclaError(f"{self._folder} already holds the decisions of a run: choose another RUN")
-        try:
+        with writing(self._partial, refusal=f"{self._folder} is in use by another run: choose another RUN"):
             self._stream = self._partial.open("ab" if goes_on else "xb")
             if not goes_on:
                 self._stream.write(header(SCHEMA))
                 self._stream.flush()
-        except FileExistsError as error:
-            raise SclaError(f"{self._folder} is in use by another run: choose another RUN") from error
-        except OSError as error:
-            raise cannot_write(self._partial, error) from error
 
     def write(self, record: DecisionRecord) -> None:
         """Add one decision; it is on disk within `BATCH_ROWS` decisions, or when the next epoch begins.
@@ -135,14 +132,11 @@ class DecisionLog:
         columns = [
             pa.array(column, field.type) for column, field in zip(zip(*self._rows, strict=True), SCHEMA, strict=True)
         ]
-        try:
+        self._broken = True  # until it is whole: half a batch may lie at the stream's end, and nothing may follow it
+        with writing(self._partial):
             self._stream.write(message(pa.record_batch(columns, schema=SCHEMA)))
             self._stream.flush()
-        except BaseException as error:
-            self._broken = True  # half a batch may lie at the stream's end: nothing may follow it
-            if isinstance(error, OSError):
-                raise cannot_write(self._partial, error) from error
-            raise
+        self._broken = False
         self._rows.clear()
 
     def sync(self) -> None:
@@ -152,10 +146,8 @@ class DecisionLog:
             SclaError: the disk is full or the folder has gone.
         """
         self.flush()
-        try:
+        with writing(self._partial):
             os.fsync(self._stream.fileno())
-        except OSError as error:
-            raise cannot_write(self._partial, error) from error
 
     def close(self) -> None:
         """Write `decisions.parquet` and remove the partial stream; closing twice is harmless.
@@ -210,10 +202,7 @@ def take_back(folder: Path, decisions: int) -> None:
                 break
         if wanted:
             raise SclaError(f"{source} is damaged: it holds {decisions - wanted} of {decisions} decisions")
-    try:
-        parquet.unlink(missing_ok=True)
-    except OSError as error:
-        raise cannot_write(parquet, error) from error
+    remove(parquet)
 
 
 def read_decisions(folder: Path) -> pa.Table:
@@ -225,31 +214,25 @@ def read_decisions(folder: Path) -> pa.Table:
     parquet = Path(folder) / DECISIONS_PARQUET
     partial = Path(folder) / DECISIONS_PARTIAL
     path = partial if partial.exists() and not parquet.exists() else parquet
-    check_regular(path)
-    try:
-        table = _read_parquet(path) if path == parquet else pa.Table.from_batches(whole_batches(path, SCHEMA), SCHEMA)
+    with reading(path, _CONTENT):
+        if path == parquet:
+            table = pq.read_table(path, page_checksum_verification=True)  # refuses more than `_batches` can see
+        else:
+            table = pa.Table.from_batches(_batches(path), SCHEMA)
+        _check_columns(path, table.schema)
         table.validate(full=True)
-    except FileNotFoundError as error:
-        raise cannot_read(path, error) from error
-    except (OSError, pa.ArrowException, MemoryError, ValueError) as error:
-        raise _damaged(path, error) from error
-    _check(path, table)
-    return table
-
-
-def _check(path: Path, table: pa.Table) -> None:
-    if not table.schema.equals(SCHEMA):
-        raise SclaError(f"{path} is no table of decisions: its columns must be {', '.join(SCHEMA.names)}")
     for name, allowed in _LABELS.items():
         foreign = sorted(set(table[name].unique().to_pylist()) - allowed)
         if foreign:
             raise SclaError(
                 f"{path} is damaged: {name} is {foreign[0]!r}, it must be one of {', '.join(sorted(allowed))}"
             )
+    return table
 
 
-def _read_parquet(path: Path) -> pa.Table:
-    return pq.read_table(path, page_checksum_verification=True)
+def _check_columns(path: Path, found: pa.Schema) -> None:
+    if not found.equals(SCHEMA):
+        raise SclaError(f"{path} is no table of decisions: its columns must be {', '.join(SCHEMA.names)}")
 
 
 def _write_parquet(path: Path, batches: Iterator[pa.RecordBatch]) -> None:
@@ -266,29 +249,15 @@ def _write_parquet(path: Path, batches: Iterator[pa.RecordBatch]) -> None:
 
 
 def _batches(path: Path) -> Iterator[pa.RecordBatch]:
-    """Yield a log's rows from either file, every fault as one sentence."""
-    check_regular(path)
-    try:
+    """Yield a log's rows from either file."""
+    with reading(path, _CONTENT):
         if path.name == DECISIONS_PARTIAL:
             yield from whole_batches(path, SCHEMA)
             return
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            if not file.schema_arrow.equals(SCHEMA):
-                raise pa.ArrowInvalid("it holds other columns")
+            _check_columns(path, file.schema_arrow)
             yield from file.iter_batches()
-    except FileNotFoundError as error:
-        raise cannot_read(path, error) from error
-    except (OSError, pa.ArrowException, MemoryError, ValueError) as error:
-        raise _damaged(path, error) from error
 
 
 def _label(action: Action | None) -> str:
     return NONE if action is None else action.label
-
-
-def _damaged(path: Path, error: BaseException) -> SclaError:
-    return SclaError(f"{path} is damaged: it must hold the decisions of a run ({_first_line(error)})")
-
-
-def _first_line(error: BaseException) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -16,7 +16,7 @@ from scla_mj.checked import check
 from scla_mj.checked_path import checked_path
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
-from scla_mj.runs.atomic import cannot_write, read_json, spelling, write_json
+from scla_mj.runs.atomic import read_json, spelling, write_json, writing
 from scla_mj.validation import validated
 
 RUN_FILES: Final = (
@@ -85,16 +85,13 @@ def create(path: Path, config: RunConfig) -> Run:
     """
     path = checked_path(path, "RUN")
     made = not path.exists()
-    try:
+    with writing(path, refusal=f"{path} is a file, not a folder: choose another RUN"):
         path.mkdir(parents=True, exist_ok=True)
         present = sorted(entry.name for entry in path.iterdir() if is_run_file(entry.name))
-    except FileExistsError as error:
-        raise SclaError(f"{path} is a file, not a folder: choose another RUN") from error
-    except OSError as error:
-        raise cannot_write(path, error) from error
     if present:
         raise SclaError(f"{path} already holds a run ({present[0]} is there): choose another RUN or move that one away")
-    _claim(path)
+    with writing(path, refusal=f"{path} is in use by another run: choose another RUN"):
+        (path / paths.CONFIG_JSON).touch(exist_ok=False)  # of two runs that begin at once one is refused
     content = {**dataclasses.asdict(config), _VERSIONS: package_versions(), _RUN_ID: uuid.uuid4().hex}
     run = Run(path, config, json.loads(json.dumps(content)), made)
     try:
@@ -116,16 +113,22 @@ def discard(run: Run) -> None:
 
 
 def open_run(path: Path) -> Run:
-    """Return the run that a folder holds.
+    """Return the run that a folder holds, its configuration checked like one from the command line.
 
     Raises:
-        SclaError: there is no such folder, or its `config.json` is missing, foreign or damaged.
+        SclaError: there is no such folder, or its `config.json` is missing or damaged, or a key or value in it is not
+            possible; the sentence names it.
     """
     path = checked_path(path, "RUN")
     if not path.is_dir():
         raise SclaError(f"{path} is no run folder: choose one that `scla-mj rollout` wrote")
-    config = load_config(path / paths.CONFIG_JSON)
-    return Run(path, config, read_json(path / paths.CONFIG_JSON))
+    file = path / paths.CONFIG_JSON
+    content = read_json(file)
+    config = validated(RunConfig, _settings(content), spell=spelling(file), complete=True)
+    try:
+        return Run(path, check(config).config, content)
+    except SclaError as error:
+        raise SclaError(f"{file}: {error}") from error
 
 
 def read_settings(path: Path) -> RunConfig:
@@ -141,31 +144,8 @@ def read_settings(path: Path) -> RunConfig:
     return validated(RunConfig, _settings(read_json(path, by_hand=True)), spell=spelling(path))
 
 
-def load_config(path: Path) -> RunConfig:
-    """Return the configuration that a `config.json` holds, checked like one from the command line.
-
-    Raises:
-        SclaError: the file is missing or damaged, or a key or value is not possible; the sentence names it.
-    """
-    config = validated(RunConfig, _settings(read_json(path)), spell=spelling(path), complete=True)
-    try:
-        return check(config).config
-    except SclaError as error:
-        raise SclaError(f"{path}: {error}") from error
-
-
 def _settings(content: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in content.items() if key not in _OF_THE_RUN}
-
-
-def _claim(path: Path) -> None:
-    """Take the folder: of two runs that begin at once, one makes the file and the other is refused."""
-    try:
-        (path / paths.CONFIG_JSON).touch(exist_ok=False)
-    except FileExistsError as error:
-        raise SclaError(f"{path} is in use by another run: choose another RUN") from error
-    except OSError as error:
-        raise cannot_write(path, error) from error
 
 
 def package_versions() -> dict[str, str]:

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import SEAL_JSON
-from scla_mj.runs.atomic import cannot_read, cannot_write, check_regular, read_json, write_json
+from scla_mj.runs.atomic import read_json, reading, write_json
 from scla_mj.runs.folder import is_run_file
 
 FORMAT: Final = 1
@@ -34,26 +34,13 @@ def write_seal(folder: Path) -> None:
     write_json(path, content)
 
 
-def lift_seal(folder: Path) -> None:
-    """Remove the seal of a run that is about to go on; a run without one is left as it is.
-
-    Raises:
-        SclaError: the seal cannot be removed.
-    """
-    path = Path(folder) / SEAL_JSON
-    try:
-        path.unlink(missing_ok=True)
-    except OSError as error:
-        raise cannot_write(path, error) from error
-
-
 def is_sealed(folder: Path) -> bool:
     """Tell whether the run ended in order: a killed one has no seal."""
     return (Path(folder) / SEAL_JSON).exists()
 
 
-def broken_files(folder: Path) -> dict[str, str]:
-    """Return a sentence for every file of a sealed run that is not as the run left it, by name.
+def broken_files(folder: Path, *names: str) -> dict[str, str]:
+    """Return a sentence for every file of a sealed run, or of those `names`, that is not as the run left it, by name.
 
     An unsealed run has none.
 
@@ -67,7 +54,7 @@ def broken_files(folder: Path) -> dict[str, str]:
     present = {file.name for file in folder.iterdir() if is_run_file(file.name)} - {SEAL_JSON}
     return {
         name: fault
-        for name in sorted(present | sealed.keys())
+        for name in names or sorted(present | sealed.keys())
         if (fault := _fault(folder / name, sealed.get(name))) is not None
     }
 
@@ -78,14 +65,8 @@ def check_seal(folder: Path, *names: str) -> None:
     Raises:
         SclaError: a file has changed, was added or is missing, or the seal is damaged; the sentence names it.
     """
-    folder = Path(folder)
-    if not is_sealed(folder):
-        return
-    sealed = _read_seal(folder / SEAL_JSON)
-    for name in names:
-        fault = _fault(folder / name, sealed.get(name))
-        if fault is not None:
-            raise SclaError(fault)
+    for fault in broken_files(folder, *names).values():
+        raise SclaError(fault)
 
 
 def _fault(path: Path, digest: str | None) -> str | None:
@@ -116,9 +97,5 @@ def _is_entry(name: str, digest: Any) -> bool:
 
 
 def _digest(path: Path) -> str:
-    check_regular(path)
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise cannot_read(path, error) from error
+    with reading(path, "bytes"), path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

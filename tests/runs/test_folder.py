@@ -18,7 +18,7 @@ from scla_mj.checked import check
 from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.runs.atomic import read_json, write_json
-from scla_mj.runs.folder import RUN_FILES, create, discard, load_config, open_run
+from scla_mj.runs.folder import RUN_FILES, create, discard, open_run
 
 
 def refused(call, *arguments):
@@ -185,7 +185,7 @@ def test_a_configuration_that_was_tampered_with_is_refused_by_its_key(tmp_path, 
 @pytest.mark.parametrize("content", [b"", b"{", b"[]", b"null", b"\xff\xfe", b"[" * 100_000, b"{}", b'{"seed": 1}'])
 def test_a_damaged_configuration_is_refused(tmp_path, content):
     (tmp_path / paths.CONFIG_JSON).write_bytes(content)
-    assert paths.CONFIG_JSON in refused(load_config, tmp_path / paths.CONFIG_JSON)
+    assert paths.CONFIG_JSON in refused(open_run, tmp_path)
 
 
 def test_what_is_no_run_folder_is_not_opened(tmp_path):
@@ -201,7 +201,7 @@ def test_any_configuration_survives_the_way_to_its_file_and_back(number, seed, f
     config = dataclasses.replace(config, automaton=dataclasses.replace(config.automaton, local_rule=flag))
     with tempfile.TemporaryDirectory() as folder:
         write_json(Path(folder) / "config.json", dataclasses.asdict(config))
-        assert load_config(Path(folder) / "config.json") == check(config).config == config
+        assert open_run(Path(folder)).config == check(config).config == config
 
 
 def test_a_file_that_lacks_a_setting_is_refused_by_its_name(tmp_path):
@@ -209,4 +209,4 @@ def test_a_file_that_lacks_a_setting_is_refused_by_its_name(tmp_path):
     content = read_json(file)
     del content["disturbance"]["friction_scale"]
     write_json(file, content)
-    assert "disturbance.friction_scale is missing" in refused(load_config, file)
+    assert "disturbance.friction_scale is missing" in refused(open_run, tmp_path)

@@ -11,8 +11,8 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue import CATALOGUE, Experiment
-from scla_mj.paths import CONFIG_JSON, SUMMARY_JSON
-from scla_mj.runs.folder import load_config
+from scla_mj.paths import SUMMARY_JSON
+from scla_mj.runs.folder import open_run
 
 _BY_NAME: Final = {experiment.name: experiment for experiment in CATALOGUE}
 
@@ -69,6 +69,6 @@ def _finished(out: Path, full: Experiment) -> tuple[int, ...]:
 
 def _held_config(out: Path, experiment: Experiment, seed: int) -> RunConfig | None:
     try:
-        return load_config(run_folder(out, experiment, seed) / CONFIG_JSON)
+        return open_run(run_folder(out, experiment, seed)).config
     except SclaError:
         return None

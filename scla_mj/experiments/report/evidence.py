@@ -25,7 +25,7 @@ from scla_mj.grid import PROTOCOLS, Grid
 from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.decisions import read_decisions
-from scla_mj.runs.folder import load_config
+from scla_mj.runs.folder import open_run
 from scla_mj.runs.seal import check_seal
 from scla_mj.runs.summary import Summary, read_summary
 
@@ -224,7 +224,7 @@ def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
         raise SclaError("not run")
     check_seal(folder, CONFIG_JSON, SUMMARY_JSON, DECISIONS_PARQUET, BRAIN_NPZ)
     config = dataclasses.replace(experiment.config, seed=seed)
-    if load_config(folder / CONFIG_JSON) != config:
+    if open_run(folder).config != config:
         raise SclaError("made with other settings")
     summary = read_summary(folder)
     done = sum(epoch.decisions for epoch in summary.epochs)
