@@ -202,7 +202,7 @@ def seen(run: Path, way: Way) -> tuple[str, Any]:
     code, out, err = call(way.open, str(run))
     if code == 0 and way.open == "resume":
         return "opened", [(run / name).read_bytes() for name in (paths.DECISIONS_PARQUET, paths.BRAIN_NPZ)]
-    return ("opened", out) if code == 0 else ("refused", err.splitlines()[-1] if err else "disagree")
+    return ("opened", out) if code == 0 else ("refused", err.splitlines()[-1] if err else out.splitlines()[0])
 
 
 def ways() -> list[Way]:

@@ -90,7 +90,7 @@ def syntax_of(command: type, prefix: str = "") -> Syntax:
         if dataclasses.is_dataclass(hint):
             options |= syntax_of(typing.cast("type", hint), f"{prefix}{name}." if name else prefix).options
         else:
-            options |= _option(f"--{prefix}{name}".replace("_", "-"), hint)
+            options |= _options(f"--{prefix}{name}".replace("_", "-"), hint)
     return Syntax(options, tuple(positionals[True]), tuple(positionals[False]))
 
 
@@ -98,23 +98,33 @@ def _without_extras(hint: Any) -> tuple[Any, tuple[Any, ...]]:
     return (hint.__origin__, hint.__metadata__) if typing.get_origin(hint) is Annotated else (hint, ())
 
 
-def _option(name: str, hint: Any) -> dict[str, Option]:
-    hint, _ = _without_extras(hint)
-    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+def _options(name: str, hint: Any) -> dict[str, Option]:
+    """Return the options that set a value: one, or of a switch the two that turn it on and off."""
     if hint is bool:
         section, dot, last = name.rpartition(".") if "." in name else ("--", "", name.removeprefix("--"))
         opposite = f"{section}{dot}no-{last}"
         return {name: Option(0, bool, opposite=opposite), opposite: Option(0, bool, opposite=name)}
-    if origin in (Union, types.UnionType):
-        return _option(name, next(kind for kind in inner if kind is not types.NoneType))
+    option = _shape(hint)
+    if option is None:
+        raise SclaError(f"{name} is of type {hint}: use bool, int, float, str, Literal, Path or tuples of one of them")
+    return {name: option}
+
+
+def _shape(hint: Any) -> Option | None:
+    hint, _ = _without_extras(hint)
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if hint in (int, float, str, Path):
+        return Option(1, hint)
     if origin is Literal:
-        return {name: Option(1, inner)}
-    if origin is tuple:
-        first, is_list = _option(name, inner[0])[name], inner[-1] is Ellipsis
-        return {name: Option(first.size if is_list else len(inner), first.kind, is_list)}
-    if hint not in (int, float, str, Path):
-        raise SclaError(f"{name} is of type {hint}: use bool, int, float, str, Literal, Path or a tuple of one of them")
-    return {name: Option(1, hint)}
+        return Option(1, tuple(map(str, inner)))
+    shapes = {_shape(item) for item in inner if item not in (Ellipsis, types.NoneType)}
+    shape = shapes.pop() if len(shapes) == 1 else None
+    if shape is None or shape.is_list or origin not in (tuple, Union, types.UnionType):
+        return None
+    if origin is not tuple:
+        return shape
+    is_list = inner[-1] is Ellipsis
+    return Option(shape.size * (1 if is_list else len(inner)), shape.kind, is_list)
 
 
 def sort_words(syntax: Syntax, words: Sequence[str]) -> Line:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import sys
 
 import pytest
 
@@ -153,6 +154,24 @@ def test_a_brain_takes_settings_of_its_own(words, stored):
 )
 def test_a_setting_that_the_brain_does_not_have_is_refused(words, said):
     assert said in refusal(*words)
+
+
+@pytest.mark.parametrize("hint", ["dict[str, int]", "int | str", "tuple[bool, ...]", "tuple[int, str]", "list[int]"])
+def test_a_setting_of_a_type_that_words_cannot_give_is_refused(hint, tmp_path, monkeypatch):
+    (tmp_path / "odd_brain.py").write_text(OWN_BRAIN.replace("greed: float = 0.5", f"greed: {hint} = 0"))
+    monkeypatch.delitem(sys.modules, "odd_brain", raising=False)
+    assert "--brain.greed is of type" in refusal("--brain", "odd_brain:Greedy", "--brain.no-quick")
+
+
+def test_whole_numbers_may_be_choices_and_a_value_may_be_left_to_none(tmp_path, monkeypatch):
+    kinds = {"greed: float = 0.5": "greed: Literal[1, 2] = 1", "quick: bool = True": "quick: int | None = None"}
+    code = OWN_BRAIN
+    for before, after in kinds.items():
+        code = code.replace(before, after)
+    (tmp_path / "choice_brain.py").write_text(code)
+    words = ["--brain", "choice_brain:Greedy", "--brain.greed"]
+    assert settings(*words, "2", "--brain.quick", "3").brain_settings == {"greed": 2, "quick": 3}
+    assert "must be one of 1, 2" in refusal(*words, "3")
 
 
 def test_the_help_of_a_named_brain_lists_its_own_settings(capsys):
