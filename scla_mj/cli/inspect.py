@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,7 +47,7 @@ class Inspect:
             return self._compare(self.against)
         found = inspect_run(self.path)
         if self.json:
-            _print_json(found.as_plain())
+            _print_json(_content(found))
         else:
             print(found.sentence())
             for line in _describe(found):
@@ -67,7 +68,7 @@ class Inspect:
             raise SclaError(f"cannot compare: {'; '.join(damaged)}")
         difference = compare_runs(*pair)
         if self.json:
-            _print_json(difference.as_plain())
+            _print_json({"same": difference.same, **difference._asdict()})
         else:
             print(f"{self.path} and {against} {difference.sentence()}")
             for line in _describe_difference(difference):
@@ -75,19 +76,44 @@ class Inspect:
         return 0 if difference.same else 1
 
 
+def _content(found: RunInspection) -> dict[str, Any]:
+    return {
+        "run": found.path,
+        "verdict": found.verdict,
+        "complete": found.complete,
+        "sealed": found.sealed,
+        "faults": found.faults,
+        "disagreements": found.disagreements,
+        "settings": None if found.run is None else found.run.config,
+        "versions": None if found.run is None else found.run.versions,
+        "decisions": found.made,
+        "hits": found.hits,
+        "percent_of_ceiling": found.percent_of_ceiling,
+        "epochs": found.epochs,
+        "summary": found.summary,
+        "recording": found.recording,
+    }
+
+
 def _print_json(content: dict[str, Any]) -> None:
     import json
 
-    print(json.dumps(_finite(content), indent=2, allow_nan=False))
+    print(json.dumps(_plain(content), indent=2, allow_nan=False))
 
 
-def _finite(value: Any) -> Any:
-    """Return plain values with None for a number that is none, such as a fallen robot's place: JSON has no word."""
+def _plain(value: Any) -> Any:
+    """Return what JSON can hold: of an array its shape, and null for a number that is none, as a fallen robot's place."""
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = dataclasses.asdict(value)
     if isinstance(value, dict):
-        return {name: _finite(inner) for name, inner in value.items()}
+        return {str(getattr(name, "value", name)): _plain(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else list(getattr(value, "shape", ())) or value
 
 
 def _describe(found: RunInspection) -> list[str]:

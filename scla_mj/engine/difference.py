@@ -62,12 +62,6 @@ class RunDifference(NamedTuple):
             f"; the same: {', '.join(same)}" if same else ""
         )
 
-    def as_plain(self) -> dict[str, Any]:
-        """Return the differences as plain values, which JSON can hold."""
-        first, summary = self.decisions, list(self.summary)
-        plain = {"same": self.same, **self._asdict(), "summary": summary}
-        return plain | {"decisions": None if first is None else first._asdict()}
-
     def _where(self) -> str:
         if self.decisions is None:
             return "decisions"

@@ -86,26 +86,6 @@ class RunInspection(NamedTuple):
         """Return the verdict in one line."""
         return f"{self.path}: {self._damage() or self._difference() or self._state()}"
 
-    def as_plain(self) -> dict[str, Any]:
-        """Return the verdict and all counts as plain values, which JSON can hold."""
-        recording = self.recording
-        return {
-            "run": str(self.path),
-            "verdict": self.verdict,
-            "complete": self.complete,
-            "sealed": self.sealed,
-            "faults": self.faults,
-            "disagreements": [row._asdict() for row in self.disagreements],
-            "settings": None if self.run is None else dataclasses.asdict(self.run.config),
-            "versions": None if self.run is None else self.run.versions,
-            "decisions": self.made,
-            "hits": self.hits,
-            "percent_of_ceiling": self.percent_of_ceiling,
-            "epochs": [epoch._asdict() for epoch in self.epochs],
-            "summary": None if self.summary is None else dataclasses.asdict(self.summary),
-            "recording": None if recording is None else recording.as_plain(),
-        }
-
     def _damage(self) -> str:
         faults = "; ".join(self.faults.values()).replace(f"{self.path}{os.sep}", "")
         return f"damaged: {faults}" if faults else ""

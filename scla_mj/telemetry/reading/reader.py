@@ -66,17 +66,6 @@ class Inspection(NamedTuple):
         """Decisions of all epochs."""
         return sum(epoch.decisions for epoch in self.epochs)
 
-    def as_plain(self) -> dict[str, Any]:
-        """Return all but the weights and probabilities as plain values, which JSON can hold."""
-        plain = self._asdict() | {
-            "parts": [str(part) for part in self.parts],
-            "epochs": [epoch._asdict() for epoch in self.epochs],
-            "outcomes": {outcome.value: number for outcome, number in self.outcomes.items()},
-            "populations": [population._asdict() for population in self.populations],
-            "jumps": [jump._asdict() for jump in self.jumps],
-        }
-        return {name: value for name, value in plain.items() if name not in ("weights", "probabilities")}
-
 
 def inspect_recording(*parts: Path) -> Inspection:
     """Read a recording, and nothing else: its one file or, of a resumed run, its parts in their order.
