@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import shutil
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -64,19 +64,13 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
         with pool(workers) as executor:
             with ignoring_sigint():
                 pending = {executor.submit(_run, job.config, job.folder): job for job in jobs}
-            for future in _as_done(set(pending)):
+            for future in as_completed(pending):
                 future.result()
                 watch(pending[future])
     except BrokenProcessPool as error:
         raise SclaError(
             "a run's process was killed, perhaps for lack of memory: start the command again and it resumes"
         ) from error
-
-
-def _as_done(futures: set[Future[None]]) -> Iterator[Future[None]]:
-    while futures:
-        done, futures = wait(futures, return_when=FIRST_COMPLETED)
-        yield from done
 
 
 def _run(config: RunConfig, folder: Path) -> None:

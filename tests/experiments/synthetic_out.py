@@ -11,7 +11,7 @@ import numpy as np
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.catalogue.experiment import Experiment
+from scla_mj.experiments.experiment import Experiment
 from scla_mj.grid import Action
 from scla_mj.markov import ceiling_hits_per_1000, hits_per_1000, uniform_policy
 from scla_mj.runs.brain import write_brain

@@ -17,7 +17,7 @@ from scla_mj.engine.lock import exclusive
 from scla_mj.engine.rollout import rollout
 from scla_mj.experiments.campaign import open_jobs, run_folder, run_jobs
 from scla_mj.experiments.catalogue import CATALOGUE
-from scla_mj.experiments.catalogue.experiment import Experiment, with_settings
+from scla_mj.experiments.experiment import Experiment, with_settings
 from scla_mj.runs.atomic import read_json
 
 TINY = with_settings(CATALOGUE[0].config, epochs=1, decisions=12)

@@ -12,7 +12,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.catalogue.experiment import Experiment, Target, with_settings
+from scla_mj.experiments.experiment import Experiment, Target, with_settings
 from scla_mj.experiments.report import write_report
 from scla_mj.experiments.report.evidence import gather
 from scla_mj.experiments.report.results import shared_spans

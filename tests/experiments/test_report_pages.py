@@ -14,7 +14,7 @@ from markdown_it import MarkdownIt
 from synthetic_out import learning, write_runs
 
 from scla_mj.config import RunConfig
-from scla_mj.experiments.catalogue.experiment import Experiment, Target, with_settings
+from scla_mj.experiments.experiment import Experiment, Target, with_settings
 from scla_mj.experiments.report import charts, write_report
 from scla_mj.experiments.report.render import escape
 from scla_mj.experiments.report.tables import Interval, Table, number, shown, write_csv

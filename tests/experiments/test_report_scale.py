@@ -119,6 +119,13 @@ def test_asking_for_another_experiment_keeps_the_first_in_the_report(tmp_path):
     assert "not run" not in text
 
 
+def test_seeds_that_the_catalogue_does_not_have_are_covered_too(tmp_path):
+    asked = dataclasses.replace(scaled("scla-any-start"), seeds=(12, 11))
+    write(tmp_path, asked, scaled("scla-any-start"))
+    (experiment,) = covered(tmp_path, [asked])
+    assert experiment.seeds == (0, 11, 12)
+
+
 def test_a_later_report_takes_its_predecessors_files_away_and_no_others(tmp_path):
     sensed, walk = scaled("scla-sensed-start"), scaled("random-any-start")
     write(tmp_path, sensed, walk)

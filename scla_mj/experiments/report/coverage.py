@@ -50,7 +50,7 @@ def _scale(experiment: Experiment) -> tuple[tuple[int, ...], int, int]:
 def _with_all_seeds(out: Path, asked: Experiment, full: Experiment) -> Experiment:
     finished = _finished(out, full)
     others = [seed for seed in finished if _held_config(out, full, seed) == replace(asked.config, seed=seed)]
-    return replace(asked, seeds=tuple(seed for seed in full.seeds if seed in asked.seeds or seed in others))
+    return replace(asked, seeds=tuple(sorted({*asked.seeds, *others})))
 
 
 def _found(out: Path, full: Experiment) -> Experiment | None:

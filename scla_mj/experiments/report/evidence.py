@@ -18,7 +18,7 @@ from scla_mj.checked import CheckedConfig, check
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.catalogue.experiment import Experiment
+from scla_mj.experiments.experiment import Experiment
 from scla_mj.experiments.report.coverage import in_catalogue, is_reduced
 from scla_mj.experiments.report.tables import span_text
 from scla_mj.grid import PROTOCOLS, Grid

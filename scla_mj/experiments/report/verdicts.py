@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from scla_mj.experiments.catalogue.experiment import Target
+from scla_mj.experiments.experiment import Target
 from scla_mj.experiments.report.evidence import Array, Evidence, Study
 from scla_mj.experiments.report.tables import INTERVAL, Interval, Row, Table, measured, span_text
 

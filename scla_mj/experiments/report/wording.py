@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scla_mj.experiments.catalogue.experiment import Experiment
+from scla_mj.experiments.experiment import Experiment
 from scla_mj.experiments.report.evidence import Array, Evidence
 from scla_mj.experiments.report.tables import INTERVAL, measured, number
 

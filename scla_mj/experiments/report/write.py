@@ -10,7 +10,7 @@ from typing import Any, Final
 from scla_mj.errors import SclaError, remedy
 from scla_mj.experiments import paper, statistics
 from scla_mj.experiments.catalogue import CATALOGUE
-from scla_mj.experiments.catalogue.experiment import Experiment
+from scla_mj.experiments.experiment import Experiment
 from scla_mj.experiments.report import charts, evidence, results
 from scla_mj.experiments.report.coverage import covered
 from scla_mj.experiments.report.errata import errata

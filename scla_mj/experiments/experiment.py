@@ -5,21 +5,13 @@ from __future__ import annotations
 import dataclasses
 import re
 from dataclasses import dataclass
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
 Group = Literal["paper", "comparison", "world", "ablation"]
 Statistic = Literal["mean hits per 1000", "mean percent of ceiling", "worst seed percent of ceiling", "interval holds"]
-
-PAPER_EPOCHS: Final = 30
-TEN_SEEDS: Final = tuple(range(10))
-FIVE_SEEDS: Final = tuple(range(5))
-ABLATION_EPOCHS: Final = 5
-WORLD_EPOCHS: Final = 14
-GRID_EPOCHS: Final = 10
-JUMP_EPOCH: Final = 11
 
 
 class Target(NamedTuple):
@@ -81,11 +73,3 @@ def with_settings(config: RunConfig, **settings: Any) -> RunConfig:
         for name, value in settings.items()
     }
     return dataclasses.replace(config, **replaced)
-
-
-FULL: Final = RunConfig(epochs=PAPER_EPOCHS, telemetry="off")
-FULL_SENSED: Final = with_settings(FULL, protocol="sensed-start")
-MEDIUM: Final = with_settings(FULL, epochs=WORLD_EPOCHS)
-MEDIUM_SENSED: Final = with_settings(MEDIUM, protocol="sensed-start")
-SHORT: Final = with_settings(FULL, epochs=ABLATION_EPOCHS)
-SHORT_SENSED: Final = with_settings(SHORT, protocol="sensed-start")
