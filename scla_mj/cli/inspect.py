@@ -102,7 +102,7 @@ def _print_json(content: dict[str, Any]) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON can hold: of an array its shape, and null for a number that is none, as a fallen robot's place."""
+    """Return what JSON can hold: of an array its shape, and null for a number that is none: a fallen robot's place."""
     if hasattr(value, "_asdict"):
         value = value._asdict()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
