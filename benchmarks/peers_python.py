@@ -22,12 +22,12 @@ def require_peers_python(python: Path) -> None:
     """Ask the interpreter which of the peers' packages it lacks; nothing is imported.
 
     Raises:
-        SclaError: it is no file, no Python, or lacks one; the sentence says how the environment is made.
+        SclaError: it is not a file, no Python, or lacks one; the sentence says how the environment is made.
     """
     if python == Path():
         raise SclaError(f"--peers is empty or a folder: name the peers' own python, made by {INSTALL}")
     if not python.is_file():
-        raise SclaError(f"--peers {python} is no file: it must be the peers' own python, made by {INSTALL}")
+        raise SclaError(f"--peers {python} is not a file: it must be the peers' own python, made by {INSTALL}")
     try:
         answer = subprocess.run(
             [str(python.absolute()), "-c", _ASK, *MODULES],
@@ -43,6 +43,6 @@ def require_peers_python(python: Path) -> None:
             f"--peers {python} cannot be started: {error.strerror}; name the peers' own python, made by {INSTALL}"
         ) from error
     except (subprocess.SubprocessError, ValueError):
-        raise SclaError(f"--peers {python} is no Python: name the peers' own, made by {INSTALL}") from None
+        raise SclaError(f"--peers {python} is not a Python: name the peers' own, made by {INSTALL}") from None
     if missing:
         raise SclaError(f"--peers {python} lacks {', '.join(missing)}: make the peers' environment by {INSTALL}")

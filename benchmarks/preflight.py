@@ -21,7 +21,7 @@ def require_new_file(option: str, file: Path) -> None:
     if file.exists():
         raise SclaError(f"{file} exists already: choose another file")
     if not file.parent.is_dir():
-        raise SclaError(f"{option} {file} cannot be written: {file.parent} is no folder; make it first")
+        raise SclaError(f"{option} {file} cannot be written: {file.parent} is not a folder; make it first")
     _require_writable(option, file.parent)
 
 
@@ -47,7 +47,7 @@ def require_page(option: str, page: Path, keys: Sequence[str]) -> None:
         raise SclaError(
             f"{option} is empty: name a Markdown page"
             if page == Path()
-            else f"{option} {page} is no file: name a Markdown page"
+            else f"{option} {page} is not a file: name a Markdown page"
         )
     _require_writable(option, page)
     try:

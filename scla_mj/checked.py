@@ -61,7 +61,7 @@ class CheckedConfig:
         self._later = self._after_jump()
 
     def has_jumped(self, epoch: int) -> bool:
-        """Tell whether the target is elsewhere in that epoch than in the first; epochs count from 1."""
+        """Return whether the target is elsewhere in that epoch than in the first; epochs count from 1."""
         return 0 < self.config.task.jump_epoch <= epoch
 
     def grid(self, epoch: int = 1) -> Grid:

@@ -1,4 +1,4 @@
-"""When Python looks for garbage: not while a start makes hundreds of thousands of objects that are there to stay."""
+"""Raises the GC threshold during start-up, which allocates hundreds of thousands of objects that stay alive."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import gc
 from typing import Final
 
 _OBJECTS: Final = 50_000
-"""Python's own 700 make it look a thousand times while numba, MuJoCo and Rerun load: a tenth of a start."""
+"""Python's default of 700 causes a thousand collections while numba, MuJoCo and Rerun load: a tenth of the start-up."""
 
 
 def collect_rarely() -> None:

@@ -43,14 +43,14 @@ as no bit of it depends on this."""
 
 @dataclass(frozen=True)
 class GridConfig(Section):
-    """The arena's floor."""
+    """The arena."""
 
     cells: tuple[int, int] = (5, 5)
-    """Columns and rows of the floor (paper: 5 x 5)."""
+    """Columns and rows of the arena (paper: 5 x 5)."""
     target: tuple[int, int] = (3, 3)
     """The target's column and row, from 1 (paper: 3 3)."""
     closed_cells: tuple[tuple[int, int], ...] = ()
-    """Cells that are walls inside the floor, as column row column row ..."""
+    """Cells that are walls inside the arena, as column row column row ..."""
     cell_size_m: Annotated[float, Interval(ge=0.27, le=3.0)] = 0.30
     """Edge of a cell: about twice the robot's length, so that it turns without touching a wall; turning in place sweeps
     a circle of 0.133 m about the axle."""
@@ -64,7 +64,7 @@ class TaskConfig(Section):
     """Probability that the executed direction is one of the three others (the paper's non-deterministic
     environment); at 3/4 a decision says nothing about the direction any more."""
     jump_epoch: Annotated[int, Interval(ge=0, le=MOST_COUNT)] = 0
-    """From this epoch on the target is elsewhere; 0 for never. The brain is not told."""
+    """From this epoch on the target is elsewhere; 0 for never. The brain is not informed."""
     jump_target: tuple[int, int] = (1, 5)
     """Where the target jumps to."""
 
@@ -214,7 +214,7 @@ class RunConfig(Section):
     brain_settings: Annotated[dict[str, Any], tyro.conf.Suppress] = field(default_factory=dict)
     """Settings of the brain's own (its `Settings`), by name; on the command line --brain.NAME VALUE."""
     localisation: Localisation = "truth"
-    """How the robot knows where it is: the simulator tells it, wheel encoders and gyro do, or these and range rays."""
+    """How the robot knows its position: from the simulator, by wheel encoders and gyro, or by these and range rays."""
     grid: Annotated[GridConfig, tyro.conf.arg(name="")] = field(default_factory=GridConfig)
     task: TaskConfig = field(default_factory=TaskConfig)
     clock: ClockConfig = field(default_factory=ClockConfig)

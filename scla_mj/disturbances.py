@@ -44,11 +44,11 @@ class DisturbanceConfig(Section):
     latency_periods: Annotated[int, Interval(ge=0, le=100)] = 0
     """Control periods by which a command reaches the wheels late."""
     tilt_deg: Annotated[float, Interval(ge=0.0, le=20.0)] = 0.0
-    """Slope of the floor; its direction is drawn at each respawn. Above 20 a robot at rest is close to fallen."""
+    """Slope of the ground; its direction is drawn at each respawn. Above 20 a robot at rest is close to fallen."""
 
     @property
     def model_changes(self) -> bool:
-        """Tell whether a re-spawn changes the physical model."""
+        """Return whether a re-spawn changes the physical model."""
         neutral = DisturbanceConfig()
         names = ("friction_scale", "mass_scale", "wheel_mismatch", "tilt_deg")
         return any(getattr(self, name) != getattr(neutral, name) for name in names)

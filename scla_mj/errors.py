@@ -7,7 +7,7 @@ _FULL: Final = (errno.ENOSPC, errno.EDQUOT)
 
 
 class SclaError(Exception):
-    """Something the user can put right: one sentence says what was wrong and what would be right.
+    """An error that the user can correct: one sentence says what was wrong and what would be right.
 
     The command line prints it and exits with code 2; a library user catches it like any other exception.
     """

@@ -65,12 +65,12 @@ def around(cell: Cell) -> tuple[Cell, Cell, Cell, Cell]:
 
 
 MOST_CELLS: Final = 10_000
-"""A floor of 100 x 100: more than a robot that learns by walking about could ever cover."""
+"""An arena of 100 x 100: more than a robot that learns by walking about could ever cover."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A floor of `cells` = (W, H) square cells with one target and, where wanted, closed cells.
+    """An arena of `cells` = (W, H) square cells with one target and, optionally, closed cells.
 
     Raises:
         SclaError: the grid has fewer than two open cells, or the target or a closed cell is not on it,
@@ -111,15 +111,15 @@ class Grid:
             raise SclaError("every cell but the target is closed: leave at least one open")
 
     def contains(self, cell: Cell) -> bool:
-        """Tell whether the cell lies on the floor, closed or not."""
+        """Return whether the cell lies in the arena, closed or not."""
         return 1 <= cell.x <= self.cells[0] and 1 <= cell.y <= self.cells[1]
 
     def is_open(self, cell: Cell) -> bool:
-        """Tell whether a robot can stand in the cell."""
+        """Return whether a robot can stand in the cell."""
         return self.contains(cell) and cell not in self.closed
 
     def all_cells(self) -> list[Cell]:
-        """Every cell of the floor, by columns."""
+        """Every cell of the arena, by columns."""
         return [Cell(x, y) for x in range(1, self.cells[0] + 1) for y in range(1, self.cells[1] + 1)]
 
     def open_cells(self) -> list[Cell]:
@@ -136,7 +136,7 @@ class Grid:
         return [(action, cell.after(action)) for action in Action if self.is_open(cell.after(action))]
 
     def sensed_from(self, cell: Cell) -> Action | None:
-        """Return the direction in which the target lies next door, or None (the paper's sensor)."""
+        """Return the direction of a target in a neighbouring cell, or None (the paper's sensor)."""
         return next((action for action, beyond in self.neighbours(cell) if beyond == self.target), None)
 
     def start_cells(self, protocol: StartProtocol) -> list[Cell]:
@@ -151,12 +151,12 @@ class Grid:
         return 1000.0 * len(starts) / sum(self.distances[cell] for cell in starts)
 
     def centre_m(self, cell: Cell) -> tuple[float, float]:
-        """Return the cell's centre on the floor; the floor's own centre is the origin."""
+        """Return the cell's centre; the origin is the arena's centre."""
         width, height = self.cells
         return ((cell.x - (width + 1) / 2) * self.cell_size_m, (cell.y - (height + 1) / 2) * self.cell_size_m)
 
     def cell_at(self, x_m: float, y_m: float) -> Cell:
-        """Return the cell that holds a point of the floor; points beyond the walls belong to the nearest cell."""
+        """Return the cell that contains a point; points beyond the walls belong to the nearest cell."""
         width, height = self.cells
         column = int((x_m / self.cell_size_m + width / 2) // 1) + 1
         row = int((y_m / self.cell_size_m + height / 2) // 1) + 1

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _CONVERGED: Final = 1e-12
 _MOST_SWEEPS: Final = 2000
-"""Value iteration on the paper's floor takes 1500 at the most; a hundred times the cells would take hours."""
+"""Value iteration in the paper's arena takes 1500 at most; a hundred times the cells would take hours."""
 
 
 def uniform_policy(grid: Grid) -> NDArray[np.float64]:
@@ -71,7 +71,7 @@ def transition_matrix(grid: Grid, policy: NDArray[np.float64]) -> csr_array:
 
 
 def _surely_absorbed(chain: csr_array, target: int) -> NDArray[np.bool_]:
-    """Tell for every state whether it reaches the target with certainty: no state it can get to has lost the way."""
+    """Return for every state whether it reaches the target with certainty: every state reachable from it can."""
     backwards = chain.T.tocsr()
     lost = ~_reached(backwards, np.arange(chain.shape[0]) == target)
     return ~_reached(backwards, lost)
@@ -105,7 +105,7 @@ def fewest_expected_moves(grid: Grid, *, action_noise: float) -> dict[Cell, floa
     """Return the best policy's mean number of moves from every open cell: m(s) = 1 + min_a sum_s' P(s' | s, a) m(s').
 
     Value iteration (Bellman 1957) until no cell changes by more than 1e-12 of its value; where that is slow, as moves
-    on a large floor are hardly more than chance, policy iteration (Howard 1960) from the shortest paths.
+    in a large arena are hardly more than chance, policy iteration (Howard 1960) from the shortest paths.
     """
     cells = grid.open_cells()
     index = {cell: number for number, cell in enumerate(cells)}

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Percept(NamedTuple):
-    """What the robot senses: the cell it believes to be in, and the direction of the target if it is next door.
+    """What the robot senses: the cell it believes to be in, and the direction of a target in a neighbouring cell.
 
     `readings` are those of the brain's own sensors, by name (docs/extending.md).
     """
@@ -69,7 +69,7 @@ class Move(NamedTuple):
 class Feedback(NamedTuple):
     """What a brain learns from: what it sensed, decided and executed, how that ended, and what it senses now.
 
-    `executed` differs from `action` only on a floor with direction noise; wheels and gyro tell it to the robot.
+    `executed` differs from `action` only with action noise; the robot knows it from wheels and gyro.
     """
 
     before: Percept
@@ -117,8 +117,8 @@ class DecisionRecord(NamedTuple):
     """One decision, whole: everything that a log or a recording may want, and nothing that can be written back.
 
     `epoch` and `decision` count from 1; `time_s` is the run's time when the thinking window opened. `executed` is the
-    direction the body was sent in, `chosen.action` unless the floor's direction noise had its way. `localised` is None
-    where the simulator tells the robot its place.
+    direction the body was sent in, `chosen.action` unless action noise replaced it. `localised` is None where the
+    robot knows its pose from the simulator.
     """
 
     epoch: int

@@ -55,7 +55,7 @@ def validated(kind: type[Checked], content: Any, *, spell: Spell, complete: bool
     try:
         text = json.dumps(content, default=_plain)
     except (TypeError, ValueError) as error:
-        raise SclaError(_unspeakable(content, spell) or f"{spell(())} holds what is no setting: {error}") from error
+        raise SclaError(_unspeakable(content, spell) or f"{spell(())} holds what is not a setting: {error}") from error
     try:
         checked: Checked = _adapter(kind).validate_json(text)  # type: ignore[arg-type]
     except ValidationError as error:
@@ -120,7 +120,7 @@ def _plain(value: Any) -> Any:
 
 
 def _unspeakable(content: Any, spell: Spell, path: tuple[str | int, ...] = ()) -> str | None:
-    """Find the first value that is no plain data, and say so."""
+    """Find the first value that is not plain data, and say so."""
     if isinstance(content, dict):
         items: list[tuple[str | int, Any]] = [(str(key), value) for key, value in content.items()]
     elif isinstance(content, list | tuple):

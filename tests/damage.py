@@ -268,7 +268,7 @@ def _judged(first: str, found: Any, truth: Any, way: Way) -> tuple[str, str]:
 
 
 def _is_start(found: dict[str, Any], truth: dict[str, Any]) -> bool:
-    """Tell whether the decisions are the first of the truth, and all else is the truth."""
+    """Return whether the decisions are the first of the truth, and all else is the truth."""
     rows, whole = found.get(paths.DECISIONS_PARTIAL, {}), truth[paths.DECISIONS_PARTIAL]
     others = {name: value for name, value in found.items() if name != paths.DECISIONS_PARTIAL}
     if others.get(paths.CHECKPOINT_NPZ, "") is None:  # a link to nothing: as if there had been no checkpoint yet

@@ -24,11 +24,11 @@ def test_a_random_walk_earns_31_58_from_any_start():
     assert hits_per_1000(PAPER, "any-start", uniform_policy(PAPER)) == pytest.approx(31.58, abs=0.005)
 
 
-def test_a_random_walk_from_beside_the_target_takes_24_moves_and_earns_41_67():
+def test_a_random_walk_from_next_to_the_target_takes_24_moves_and_earns_41_67():
     assert hits_per_1000(PAPER, "sensed-start", uniform_policy(PAPER)) == pytest.approx(1000 / 24, rel=1e-12)
 
 
-def test_perfect_beside_the_target_and_random_elsewhere_is_the_papers_automaton():
+def test_perfect_next_to_the_target_and_random_elsewhere_is_the_papers_automaton():
     """115 hits and about 9 moves per hit in the paper; exactly 115.38 and 26/3."""
     policy = uniform_policy(PAPER)
     for cell in PAPER.start_cells("sensed-start"):

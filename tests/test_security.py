@@ -102,7 +102,7 @@ def test_every_name_of_the_catalogue_is_a_plain_folder_name():
 def test_an_experiment_is_named_from_the_catalogue_and_leads_nowhere_else(tmp_path, capsys):
     for name in ("../elsewhere", "/etc", "scla-any-start/../../x"):
         assert main(["reproduce", str(tmp_path / "out"), "--only", name]) == 2
-        assert "is no experiment" in capsys.readouterr().err
+        assert "is not an experiment" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 

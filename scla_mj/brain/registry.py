@@ -91,7 +91,7 @@ def own_settings(brain: type[Brain], config: RunConfig) -> Any:
     if kind is None:
         if config.brain_settings:
             name = option_of(next(iter(config.brain_settings)))
-            raise SclaError(f"--brain.{name} is no setting: --brain {config.brain} has none of its own")
+            raise SclaError(f"--brain.{name} is not a setting: --brain {config.brain} has none of its own")
         return None
     if not (isinstance(kind, type) and dataclasses.is_dataclass(kind)):
         raise SclaError(f"--brain {config.brain}: its Settings must be a dataclass")

@@ -17,8 +17,8 @@ class CellStates:
     """The local rule F: Q^m -> B of the paper's Table 1.
 
     A cell's state is how good the robot has found it to be: 1 for the target, otherwise the best of its neighbours'
-    states times a discount, 0 while nothing is known. Only the robot's own cell and what it senses next door are ever
-    updated.
+    states times a discount, 0 while nothing is known. Only the robot's own cell and the neighbours
+    that it senses are ever updated.
     """
 
     def __init__(self, *, discount: float) -> None:

@@ -1,4 +1,4 @@
-"""SCLA: the spiking network decides, a learning automaton in every cell advises it, dopamine teaches both."""
+"""SCLA: a learning automaton in every cell advises the spiking network, which decides each move."""
 
 from __future__ import annotations
 

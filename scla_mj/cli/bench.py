@@ -1,4 +1,4 @@
-"""`scla-mj bench`: the benchmarks are no part of the package; run from a checkout, the command hands over to them."""
+"""`scla-mj bench`: the benchmarks are not part of the package; run from a checkout, the command hands over to them."""
 
 from __future__ import annotations
 

@@ -23,13 +23,13 @@ _UNSEALED: Final = "unsealed: the run did not end in order; damage shows only wh
 
 @dataclass(frozen=True)
 class Inspect:
-    """Tell in one line whether a run is sound and its files agree, then what it holds. Exit code 0: sound; 1: files
+    """Print in one line whether a run is sound and its files agree, then what it holds. Exit code 0: sound; 1: files
     disagree, or the two runs differ; 2: damaged."""
 
     path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A run folder that `scla-mj rollout` wrote."""
     against: Annotated[Path | None, tyro.conf.arg(metavar="RUN")] = None
-    """A second run: tell whether settings, decisions, summaries and brains are the same, to the bit."""
+    """A second run: compare settings, decisions, summaries and brains, to the bit."""
     verbose: bool = False
     """Print every table: hits, spikes, weights, and each figure that was compared."""
     json: bool = False

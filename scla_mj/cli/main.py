@@ -1,4 +1,4 @@
-"""`scla-mj COMMAND`: parse, run the command, turn what the user can put right into one sentence and exit code 2."""
+"""`scla-mj COMMAND`: parse, run the command, turn a user's error into one sentence and exit code 2."""
 
 from __future__ import annotations
 

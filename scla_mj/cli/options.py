@@ -57,4 +57,4 @@ def _no_command(word: str, commands: Mapping[str, Any], prog: str) -> str:
     if word.startswith("-"):
         return f"{word} stands before the command: options go after it; {choice}"
     near = difflib.get_close_matches(word, commands, n=1)
-    return f"{word} is no command: " + (f"did you mean {near[0]}?" if near else choice)
+    return f"{word} is not a command: " + (f"did you mean {near[0]}?" if near else choice)

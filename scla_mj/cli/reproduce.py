@@ -67,7 +67,8 @@ class Reproduce:
         for name in self.only:
             if name not in (*names, *groups, *_EVERYTHING):
                 raise SclaError(
-                    f"--only {name} is no experiment: choose {', '.join([*groups, *sorted(names)])}; OUT goes before it"
+                    f"--only {name} is not an experiment: choose {', '.join([*groups, *sorted(names)])}; "
+                    "OUT goes before it"
                 )
         wanted = set(self.only)
         chosen = [e for e in CATALOGUE if wanted & {e.name, e.group, *_EVERYTHING}]

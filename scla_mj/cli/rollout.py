@@ -53,7 +53,7 @@ class Rollout:
         own = _own_settings(config) if given or (named is not None and set(HELP) & set(words)) else None
         if own is None:
             if given:
-                raise SclaError(f"{given} is no option: --brain {config.brain} has no settings of its own")
+                raise SclaError(f"{given} is not an option: --brain {config.brain} has no settings of its own")
             return cls, cls(tyro.MISSING, config=config)
         hint = Annotated[type(own), tyro.conf.arg(name="brain")]  # type: ignore[valid-type]
         extended = dataclasses.make_dataclass("Rollout", [("own", hint, field(default=own))], bases=(cls,), frozen=True)

@@ -23,7 +23,7 @@ from scla_mj.errors import SclaError
 
 HELP: Final = ("-h", "--help")
 _END: Final = "--"
-"""What follows is no option, whatever it begins with."""
+"""What follows is not an option, whatever it begins with."""
 _TRUTHS: Final = {"true", "false", "yes", "no", "on", "off", "0", "1"}
 _SPECIAL_NUMBERS: Final = {"inf", "infinity", "nan"}
 _WANTED: Final = {int: "a whole number", float: "a number", str: "a name", Path: "a path"}
@@ -163,7 +163,7 @@ def _is_option(word: str) -> bool:
 
 
 def _is_number(word: str) -> bool:
-    """Tell whether a word is a number below zero, a value in spite of its dash."""
+    """Return whether a word is a number below zero, a value in spite of its dash."""
     first, rest = word[:1], word[1:]
     return first == "-" and (rest[:1].isdigit() or rest[:1] == "." or rest.lower() in _SPECIAL_NUMBERS)
 
@@ -194,7 +194,7 @@ def _unknown(name: str, options: Mapping[str, Option]) -> str:
     last = name.rpartition(".")[2].strip("-")
     near = [option for option in known if last and option.rpartition(".")[2] == last]
     near += difflib.get_close_matches(name.strip("-"), known, n=1)
-    return f"{name} is no option: " + (f"did you mean --{near[0]}?" if near else "see --help of the command")
+    return f"{name} is not an option: " + (f"did you mean --{near[0]}?" if near else "see --help of the command")
 
 
 def _is_right(option: Option, values: list[str]) -> bool:

@@ -126,7 +126,7 @@ def _touch(state: State, motion: Motion, goal: Goal, gains: Gains) -> State:
 
 @leaf_njit(inline="always")
 def _at_rest_there(state: State, motion: Motion, ahead_m: float, gains: Gains) -> bool:
-    """Tell whether the robot is level with its target, and slow and straight enough to leave it at that."""
+    """Return whether the robot is level with its target, and slow and straight enough to leave it at that."""
     facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi
     return (
         abs(ahead_m) <= gains.position_tolerance_m

@@ -21,7 +21,7 @@ class Account:
         self._simulated_s = 0.0
 
     def wants_activity(self, decision: int) -> bool:
-        """Tell whether the next decision, the epoch's `decision`-th, is one whose mean weights are kept."""
+        """Return whether the next decision, the epoch's `decision`-th, is one whose mean weights are kept."""
         return self.history.is_due or decision == self._decisions_per_epoch
 
     def add(self, record: DecisionRecord, time_s: float) -> None:

@@ -1,4 +1,4 @@
-"""The first run on a machine compiles the network and the drive, which takes seconds: the drive is compiled beside it.
+"""Compiles the drive in parallel with the network in the first run on a machine, where compiling takes seconds.
 
 numba compiles one function at a time in a process, so a second process compiles the loop of control periods, and what
 reads the network's weights, into the cache that both share, while this one compiles the network itself. It is started
@@ -64,7 +64,7 @@ class CompiledAhead:
 
 
 def _is_cached(compiled: Any) -> bool:
-    """Tell whether a function needs no compiling here: numba keeps its machine code, or can keep none."""
+    """Return whether a function needs no compiling here: numba keeps its machine code, or can keep none."""
     folder = compiled.stats.cache_path
     return folder is None or any(Path(folder).glob(f"*.{compiled.__name__}-*.nbc"))
 

@@ -43,7 +43,7 @@ class RunDifference(NamedTuple):
 
     @property
     def same(self) -> bool:
-        """Tell whether nothing differs."""
+        """Return whether nothing differs."""
         return not (self.settings or self.decisions or self.summary or self.brains)
 
     def sentence(self) -> str:
@@ -99,7 +99,7 @@ def _figures(found: RunInspection) -> dict[str, Any]:
 
 
 def _array(found: RunInspection, name: str) -> tuple[Any, ...] | None:
-    """Return all that tells one array from another: its type, its shape and its bits."""
+    """Return what identifies an array's content: its type, its shape and its bits."""
     array = None if found.brain is None else getattr(found.brain, name)
     return None if array is None else (array.dtype, array.shape, array.tobytes())
 

@@ -37,7 +37,7 @@ def resume(
     pictures: bool = True,
     checkpoint_period_s: float = CHECKPOINT_PERIOD_S,
 ) -> Summary:
-    """Go on with the run in `path` from its checkpoint, to its end; `watch` is called after every decision.
+    """Resume the run in `path` from its checkpoint and finish it; `watch` is called after every decision.
 
     A run that was cut off before its first checkpoint starts again from its beginning. Decisions after the checkpoint
     are made again, equal to what they were.
@@ -80,7 +80,7 @@ def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:
 
 
 def _refuse_broken(run: Run) -> None:
-    """A run that ended in order goes on only from the files that it left, but may start again without a checkpoint."""
+    """A run that ended in order resumes only from the files that it left, but may start again without a checkpoint."""
     for name, fault in broken_files(run.path).items():
         if name != paths.CHECKPOINT_NPZ:
             raise SclaError(fault)
@@ -133,7 +133,7 @@ def _refuse_missing_log(run: Run) -> None:
 
 
 def _take_back(run: Run, decisions: int) -> None:
-    """Turn the folder back to what it was after that many decisions; recordings stay, as they tell their own part."""
+    """Reset the folder to what it was after that many decisions; recordings stay, since each names its part."""
     remove(run.file(paths.SEAL_JSON))
     for name in folder.RUN_FILES:
         remove_scratch(run.file(name))

@@ -60,7 +60,7 @@ class Session:
         return self._account.tally.decisions
 
     def can_save(self) -> bool:
-        """Tell whether the brain has a state to be saved."""
+        """Return whether the brain has a state to be saved."""
         return self._simulation.brain.state() is not None
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -76,7 +76,7 @@ class Session:
         was complete is left readable, and the last whole decision is where it can be resumed.
 
         Raises:
-            SclaError: the run cannot go on, or its folder cannot be written to.
+            SclaError: the run cannot continue, or its folder cannot be written to.
         """
         with held_back() as let_interrupt_through:
             try:
@@ -102,7 +102,7 @@ class Session:
                     saved_s = time.monotonic()
                 between()
         except BaseException:
-            if self._whole:  # between two decisions: from here the run can go on
+            if self._whole:  # between two decisions: from here the run can be resumed
                 with contextlib.suppress(SclaError):
                     self._save(log)
             raise
@@ -159,7 +159,7 @@ class Session:
 
     def _close(self, recorder: RerunRecorder, *, stopped: bool) -> None:
         self._recorder = memory = None
-        with contextlib.suppress(SclaError):  # a brain that cannot tell is refused when its file is written
+        with contextlib.suppress(SclaError):  # a brain whose snapshot fails is refused when its file is written
             memory = self._simulation.brain.snapshot()
         recorder.close(memory, stopped=stopped)
 
@@ -180,7 +180,7 @@ class Session:
         return recorder
 
     def _finish(self, *, complete: bool) -> Summary:
-        """Write what is known only at the end; a run without one whole decision has nothing to tell."""
+        """Write what is known only at the end; a run without one complete decision has nothing to write."""
         path, summary = self._run.path, self._account.summary()
         if not summary.epochs:
             return summary

@@ -91,7 +91,7 @@ def _run(config: RunConfig, folder: Path) -> None:
 
 
 def _gone_on(unfinished: Path, config: RunConfig) -> bool:
-    """Go on with a run that was interrupted; tell whether that was possible. Its bits are the same either way."""
+    """Resume an interrupted run; return whether that was possible. Its bits are the same either way."""
     from scla_mj.engine.resume import resume
     from scla_mj.runs.folder import open_run
 

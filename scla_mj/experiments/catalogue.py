@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from scla_mj.config import RunConfig
-from scla_mj.experiments.exact import beside_the_target, random_walk
+from scla_mj.experiments.exact import next_to_the_target, random_walk
 from scla_mj.experiments.experiment import Experiment, Target, with_settings
 from scla_mj.experiments.paper import AUTOMATON_SPAN
 
@@ -32,7 +32,7 @@ def _holds(value: float, first: int, last: int) -> Target:
 
 
 _Q_LEARNING: Final = ("q-learning-any-start", "q-learning-epsilon-any-start")
-_BESIDE: Final = beside_the_target()
+_BESIDE: Final = next_to_the_target()
 _AROUND: Final = 6.0
 """Hits per 1000 by which the automaton may miss its exact figure."""
 
@@ -73,7 +73,7 @@ PAPER: Final = (
     ),
     Experiment(
         "automaton-sensed-start", "paper", "automaton alone, sensed-start",
-        "And where it always starts beside the target?",
+        "And where it always starts next to the target?",
         with_settings(FULL_SENSED, brain="automaton"), TEN_SEEDS, "random-sensed-start",
     ),
 )  # fmt: skip
@@ -81,7 +81,7 @@ PAPER: Final = (
 COMPARISON: Final = (
     Experiment(
         "network-any-start", "comparison", "network alone, any-start",
-        "What is the network worth without automata? Exactly the four cells beside the target.",
+        "What is the network worth without automata? Exactly the four cells next to the target.",
         with_settings(FULL, brain="network"), TEN_SEEDS, "random-any-start", (_holds(_BESIDE, 11, 30),),
     ),
     Experiment(
@@ -89,7 +89,7 @@ COMPARISON: Final = (
         with_settings(MEDIUM, brain="random"), TEN_SEEDS, None, (_holds(random_walk("any-start"), 1, WORLD_EPOCHS),),
     ),
     Experiment(
-        "random-sensed-start", "comparison", "random walk, sensed-start", "And from beside the target?",
+        "random-sensed-start", "comparison", "random walk, sensed-start", "And from next to the target?",
         with_settings(MEDIUM_SENSED, brain="random"), TEN_SEEDS, None,
         (_holds(random_walk("sensed-start"), 1, WORLD_EPOCHS),),
     ),
@@ -151,7 +151,7 @@ def _held_out(cells: tuple[int, int], target: tuple[int, int], percent: float) -
 WORLD: Final = (
     Experiment(
         "target-jump", "world", "SCLA, target jumps to (1, 5) at epoch 11",
-        "Does it find a target that has moved, without being told?",
+        "Does it find a target that has moved, without being informed?",
         with_settings(MEDIUM, task={"jump_epoch": JUMP_EPOCH, "jump_target": (1, 5)}), TEN_SEEDS,
         targets=(
             Target("at least 90 % of the new ceiling in epoch 12", 12, 12, "mean percent of ceiling", 90.0),

@@ -27,8 +27,8 @@ def random_walk(protocol: StartProtocol, grid: Grid | None = None) -> float:
     return hits_per_1000(grid, protocol, uniform_policy(grid))
 
 
-def beside_the_target() -> float:
-    """Return the hits per 1000, any-start, of a policy that is perfect beside the target and random elsewhere."""
+def next_to_the_target() -> float:
+    """Return the hits per 1000, any-start, of a policy that is perfect next to the target and random elsewhere."""
     grid = paper_grid()
     policy = uniform_policy(grid)
     for action, cell in (

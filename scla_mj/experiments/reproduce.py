@@ -64,4 +64,4 @@ def _check(experiments: Sequence[Experiment]) -> None:
         rivals = [rival for target in experiment.targets for rival in target.rivals]
         for name in (*rivals, *([experiment.baseline] if experiment.baseline else [])):
             if name not in known:
-                raise SclaError(f"{experiment.name} is compared with {name}, which is no experiment")
+                raise SclaError(f"{experiment.name} is compared with {name}, which is not an experiment")

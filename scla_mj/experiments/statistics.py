@@ -125,7 +125,7 @@ def decisions_to_mastery(
 ) -> int | None:
     """Return the first decision, from 1, at which the last `window` decisions earned `share` of their ceiling, or None.
 
-    `hits` (n,) tells of every decision of a run whether it hit; `ceilings` (n,) is the ceiling in hits per 1000 that
+    `hits` (n,) says for every decision of a run whether it hit; `ceilings` (n,) is the ceiling in hits per 1000 that
     held for it. The least possible answer is `window`.
     """
     if len(hits) < window:

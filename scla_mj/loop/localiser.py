@@ -45,7 +45,7 @@ class Localiser:
             self.odometer.gyro_bias_rad_s[:] = draw_gyro_bias_rad_s(self._rng)
 
     def set_to_truth(self) -> None:
-        """Set the believed pose to the true one: a robot is told where it is spawned."""
+        """Set the believed pose to the true one: a robot knows where it is spawned."""
         if self.odometer is not None:
             pose = self._world.pose()
             place(self.odometer, pose.x_m, pose.y_m, pose.heading_rad, self._world.wheel_angles_rad())

@@ -65,7 +65,7 @@ class Simulation:
         epoch, decision = divmod(self.decisions, self._decisions_per_epoch)
         epoch, decision = epoch + 1, decision + 1
         if decision == 1 and epoch == self.config.config.task.jump_epoch:
-            self.task.move_target(self.config.grid(epoch))  # the brain is not told
+            self.task.move_target(self.config.grid(epoch))  # the brain is not informed
         percept = self.task.percept
         chosen = self.brain.decide(percept)
         came = self.task.act(chosen.action, observe=observe)

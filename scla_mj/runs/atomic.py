@@ -16,7 +16,7 @@ from typing import Any, Final
 from scla_mj.errors import SclaError, remedy
 
 _MOST_JSON_BYTES: Final = 1e9
-"""The summary of two million epochs; more is no file of ours, and would fill the memory."""
+"""The summary of two million epochs; anything larger is not ours, and would fill the memory."""
 
 
 DIGEST: Final = "digest"

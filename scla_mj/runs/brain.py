@@ -88,9 +88,11 @@ def _check_members(path: Path, archive: Any) -> None:
     """Refuse foreign members before they are read; ours are not compressed, so that none unpacks into gigabytes."""
     for name in archive.files:
         if name not in _MEMBERS:
-            raise SclaError(f"{path} is no brain of ours: it holds {name!r}, known are {', '.join(_MEMBERS)}")
+            raise SclaError(
+                f"{path} is not a brain file of scla-mj: it holds {name!r}, known are {', '.join(_MEMBERS)}"
+            )
     if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.zip.infolist()):
-        raise SclaError(f"{path} is no brain of ours: its arrays are compressed")
+        raise SclaError(f"{path} is not a brain file of scla-mj: its arrays are compressed")
 
 
 def _checked_weights(path: Path, arrays: dict[str, NDArray[Any]]) -> NDArray[Any] | None:

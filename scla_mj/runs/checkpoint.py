@@ -1,4 +1,4 @@
-"""`checkpoint.npz`: everything that a run needs to go on to the bit (docs/checkpoint.md).
+"""`checkpoint.npz`: everything that a run needs to resume bit-identically (docs/checkpoint.md).
 
 A zip file of numpy arrays and of `state.json`, which holds the rest and says where each array belongs. The SHA-256 of
 everything before it ends the file, as the end of the zip's comment. Nothing is pickled.
@@ -26,7 +26,7 @@ from scla_mj.runs.atomic import reading, replacing
 FORMAT: Final = 2
 
 _MOST_BYTES: Final = 4e9
-"""Far above the state of the largest network; more is no file of ours, and would fill the memory."""
+"""Far above the state of the largest network; anything larger is not ours, and would fill the memory."""
 _STATE: Final = "state.json"
 _ARRAY: Final = "$array"
 """In `state.json` an array is an object with this one key, which names the archive's member."""
@@ -60,7 +60,7 @@ def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
 
 
 def read_checkpoint(folder: Path) -> dict[str, Any] | None:
-    """Return the state of a run's checkpoint, or None if there is no checkpoint.
+    """Return the state of a run's checkpoint, or None if there is not a checkpoint.
 
     Raises:
         SclaError: the file cannot be read, is damaged, or is of another format.
@@ -80,7 +80,7 @@ def read_checkpoint(folder: Path) -> dict[str, Any] | None:
             top = _unpacked(json.loads(archive[_STATE]), archive)
         found, state = top["format"], top["state"]
     except Exception as error:  # a file with a sound digest that we did not write
-        raise SclaError(f"{path} is no checkpoint of scla-mj ({type(error).__name__}); {START_AGAIN}") from error
+        raise SclaError(f"{path} is not a checkpoint of scla-mj ({type(error).__name__}); {START_AGAIN}") from error
     if found != FORMAT or not isinstance(state, dict):
         raise SclaError(f"{path} has format {found!r}: this scla-mj reads format {FORMAT}; {START_AGAIN}")
     return state

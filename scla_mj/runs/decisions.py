@@ -177,13 +177,13 @@ class DecisionLog:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        # What ended the run is to be told, not what follows from it.
+        # Report the original error, not what follows from it.
         with suppress(SclaError) if kind else nullcontext():
             self.close()
 
 
 def take_back(folder: Path, decisions: int) -> None:
-    """Turn a run's log, closed or not, into an open stream of its first `decisions` rows, for a `DecisionLog` to go on.
+    """Turn a run's log, closed or not, into an open stream of its first `decisions` rows, for a `DecisionLog`.
 
     Later rows are given up: the run makes them again.
 
@@ -232,7 +232,7 @@ def read_decisions(folder: Path) -> pa.Table:
 
 def _check_columns(path: Path, found: pa.Schema) -> None:
     if not found.equals(SCHEMA):
-        raise SclaError(f"{path} is no table of decisions: its columns must be {', '.join(SCHEMA.names)}")
+        raise SclaError(f"{path} is not a table of decisions: its columns must be {', '.join(SCHEMA.names)}")
 
 
 def _write_parquet(path: Path, batches: Iterator[pa.RecordBatch]) -> None:

@@ -73,7 +73,7 @@ class Run(NamedTuple):
 
 
 def is_run_file(name: str) -> bool:
-    """Tell whether a file of this name, directly in a run folder, is the run's own."""
+    """Return whether a file of this name, directly in a run folder, is the run's own."""
     return name in RUN_FILES or paths.part_number(name) is not None
 
 
@@ -81,7 +81,7 @@ def create(path: Path, config: RunConfig) -> Run:
     """Make the folder, parents too, and write `config.json` into it.
 
     Raises:
-        SclaError: the path is odd, holds a run already, is no folder, or cannot be written to.
+        SclaError: the path is odd, holds a run already, is not a folder, or cannot be written to.
     """
     path = checked_path(path, "RUN")
     made = not path.exists()
@@ -121,7 +121,7 @@ def open_run(path: Path) -> Run:
     """
     path = checked_path(path, "RUN")
     if not path.is_dir():
-        raise SclaError(f"{path} is no run folder: choose one that `scla-mj rollout` wrote")
+        raise SclaError(f"{path} is not a run folder: choose one that `scla-mj rollout` wrote")
     file = path / paths.CONFIG_JSON
     content = read_json(file)
     config = validated(RunConfig, _settings(content), spell=spelling(file), complete=True)

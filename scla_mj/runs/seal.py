@@ -1,6 +1,6 @@
 """`seal.json`: the SHA-256 of every file that a run left, so that later corruption is detected.
 
-It is written last and carries a digest of itself. A run that is still going on, or was killed, has none. The names in
+It is written last and carries a digest of itself. A run that is still running, or was killed, has none. The names in
 it are checked against the run folder's own: no seal leads out of its folder.
 """
 
@@ -35,7 +35,7 @@ def write_seal(folder: Path) -> None:
 
 
 def is_sealed(folder: Path) -> bool:
-    """Tell whether the run ended in order: a killed one has no seal."""
+    """Return whether the run ended in order: a killed one has no seal."""
     return (Path(folder) / SEAL_JSON).exists()
 
 
@@ -73,7 +73,7 @@ def _fault(path: Path, digest: str | None) -> str | None:
     if digest is None and not os.path.lexists(path):
         return None
     if not path.is_file():
-        return f"{path} is missing: {SEAL_JSON} lists it" if digest else f"{path} is no file of this run: remove it"
+        return f"{path} is missing: {SEAL_JSON} lists it" if digest else f"{path} is not a file of this run: remove it"
     if digest is None:
         return f"{path} is not in {SEAL_JSON}: it was added after the run, remove it"
     if _digest(path) != digest:

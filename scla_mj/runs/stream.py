@@ -62,14 +62,14 @@ def whole_batches(path: Path, schema: pa.Schema) -> Iterator[pa.RecordBatch]:
 
 
 def _ends_in_zeros(path: Path) -> bool:
-    """Tell whether the file's last sector is empty, as a power cut leaves it: its length was on disk, its end not."""
+    """Return whether the file's last sector is empty, as a power cut leaves it: its length was on disk, its end not."""
     with path.open("rb") as file:
         file.seek(-min(_SECTOR_BYTES, path.stat().st_size), os.SEEK_END)
         return not any(file.read())
 
 
 def _is_cut_header(start: bytes, schema: pa.Schema) -> bool:
-    """Tell whether a run was killed before even the stream's header was on disk."""
+    """Return whether a run was killed before even the stream's header was on disk."""
     whole = header(schema)
     return len(start) < len(whole) and whole.startswith(start)
 

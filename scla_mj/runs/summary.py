@@ -60,7 +60,7 @@ class Summary(Section):
     """The whole of `summary.json`.
 
     `max_position_error_m` is the largest of the moves that ended on the wheels, failed ones among them; `localisation`
-    is None where the simulator tells the robot its place.
+    is None where the robot knows its pose from the simulator.
     """
 
     protocol: StartProtocol
@@ -99,7 +99,7 @@ def epoch_summary(
 
 @dataclass
 class _Count:
-    """What is counted of one epoch while it goes on."""
+    """What is counted of one epoch while it is running."""
 
     ceiling_hits_per_1000: float
     decisions: int = 0
@@ -129,7 +129,7 @@ class _Beliefs:
 
 
 class Tally:
-    """Counts a run's decisions; `summary()` may be asked for at any time."""
+    """Counts a run's decisions; `summary()` may be called at any time."""
 
     def __init__(self, checked: CheckedConfig) -> None:
         self._checked = checked

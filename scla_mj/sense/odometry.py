@@ -56,7 +56,7 @@ def draw_gyro_bias_rad_s(rng: np.random.Generator) -> float:
 
 
 def place(odometer: Odometer, x_m: float, y_m: float, heading_rad: float, wheels_rad: NDArray[np.float64]) -> None:
-    """Tell the odometer where the robot stands, at rest, with its wheels at these angles."""
+    """Set the odometer to where the robot stands, at rest, with its wheels at these angles."""
     odometer.estimate[:] = x_m, y_m, heading_rad, 0.0, 0.0
     odometer.counts[:] = np.floor(wheels_rad * odometer.counts_per_rad)
 

@@ -7,8 +7,8 @@ from scla_mj.signals import Percept
 
 
 class TargetSensor:
-    """Turns a cell into a percept: the cell that the robot takes it for, and the direction of a target that is truly
-    next door."""
+    """Turns a cell into a percept: the cell that the robot takes it for, and the direction of a target that is
+    truly in a neighbouring cell."""
 
     def __init__(self, grid: Grid) -> None:
         self._sensed = {cell: action.opposite for action, cell in grid.neighbours(grid.target)}

@@ -43,7 +43,7 @@ class Growth:
 
 
 def check_parts(folder: Path, parts: list[dict[str, Any]]) -> None:
-    """Refuse a recording that does not begin with what its checkpoint vouches for, given as `Growth.state` tells it.
+    """Refuse a recording that does not begin with what its checkpoint vouches for, given as `Growth.state` returns it.
 
     Raises:
         SclaError: a part is missing, shorter or damaged; the sentence names it and what to do.
@@ -51,7 +51,7 @@ def check_parts(folder: Path, parts: list[dict[str, Any]]) -> None:
     """
     for part in parts:
         if part_number(part["name"]) is None:
-            raise ValueError(f"{part['name']} is no part of a recording")
+            raise ValueError(f"{part['name']} is not part of a recording")
         path = folder / part["name"]
         fault = _fault(path, part["bytes"], part["sha256"])
         if fault is not None:

@@ -1,4 +1,4 @@
-"""Domain randomisation: grip, mass, wheel radii and tilt of the floor, drawn for every episode."""
+"""Domain randomisation: grip, mass, wheel radii and tilt of the ground, drawn for every episode."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ def test_the_peers_import_nothing_of_ours():
 
 def test_a_python_without_the_peers_is_refused_in_a_sentence(tmp_path, capsys, monkeypatch):
     assert main(["bench", "--peers", str(tmp_path / "none")]) == 2
-    assert "is no file" in capsys.readouterr().err
+    assert "is not a file" in capsys.readouterr().err
     (tmp_path / "job.npz").touch()
     early = peers_race.Peer(Path(sys.executable), "numpy", tmp_path / "job.npz")
     with pytest.raises(SclaError, match=r"the peer numpy ended early: .*; its environment is made from"), early:

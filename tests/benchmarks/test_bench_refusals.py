@@ -46,10 +46,10 @@ def test_an_interpreter_that_is_no_python_is_refused_with_the_line_that_makes_on
     echo = program(tmp_path / "echo", '#!/bin/sh\necho "$@"\n')
     for wrong in ("/bin/true", "/bin/false", echo):
         sentence = refused("--peers", wrong)
-        assert f"--peers {wrong} is no Python" in sentence
+        assert f"--peers {wrong} is not a Python" in sentence
         assert INSTALL in sentence
     assert "--peers has no value" in refused("--peers", "")
-    assert "is no file" in refused("--peers", tmp_path)
+    assert "is not a file" in refused("--peers", tmp_path)
 
 
 def test_an_interpreter_without_the_packages_is_refused_by_their_names(refused, tmp_path):
@@ -66,7 +66,7 @@ def test_a_worker_that_ends_without_a_result_is_reported_in_a_sentence(tmp_path)
 
 def test_a_file_or_folder_that_cannot_be_written_is_refused(refused, tmp_path):
     (tmp_path / "file").write_text("mine")
-    assert "is no folder" in refused("--json", tmp_path / "nowhere" / "y.json")
+    assert "is not a folder" in refused("--json", tmp_path / "nowhere" / "y.json")
     assert "is a file, not a folder" in refused("--json", tmp_path / "file" / "y.json")
     assert "--json has no value" in refused("--json", "")
     assert "is a file" in refused("--out", tmp_path / "file")

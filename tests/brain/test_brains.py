@@ -41,7 +41,7 @@ def live(brain, grid, decisions, seed=0):
     return hits
 
 
-def test_the_automaton_alone_learns_the_four_cells_beside_the_target_and_nothing_else():
+def test_the_automaton_alone_learns_the_four_cells_next_to_the_target_and_nothing_else():
     brain, grid = build("automaton")
     live(brain, grid, 20_000)
     probabilities = brain.snapshot().probabilities

@@ -113,7 +113,7 @@ def test_either_source_of_the_signal_alone_goes_far_beyond_the_random_walk(sourc
     config = RunConfig(automaton=AutomatonConfig(**settings))
     brain, grid = build(config), check(config).grid()
     live(brain, grid, "any-start", 700, np.random.default_rng(7))
-    # 115.38 of 1000 is what a brain earns that is perfect beside the target and random elsewhere; 400 the ceiling.
+    # 115.38 of 1000 is what a brain earns that is perfect next to the target and random elsewhere; 400 the ceiling.
     # A shortest path takes 2.5 moves with a deviation of 0.96, so 300 decisions at the ceiling give 120 +- 4.2 hits.
     assert live(brain, grid, "any-start", 300, np.random.default_rng(8)) > 95
 

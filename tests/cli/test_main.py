@@ -103,7 +103,7 @@ def test_the_end_of_a_rollout_reads_well_at_80_columns_whatever_its_folder_is_ca
 
 
 def test_inspecting_what_is_no_run_gets_one_sentence(tmp_path, capsys):
-    assert "no run folder" in refused(["inspect", str(tmp_path / "nowhere")], capsys)
+    assert "not a run folder" in refused(["inspect", str(tmp_path / "nowhere")], capsys)
     assert "config.json" in refused(["inspect", str(tmp_path)], capsys)
 
 

@@ -144,7 +144,7 @@ def test_a_brain_takes_settings_of_its_own(words, stored):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--brain.greed", "1"], "--brain.greed is no option: --brain scla has no settings of its own"),
+        (["--brain.greed", "1"], "--brain.greed is not an option: --brain scla has no settings of its own"),
         (["--brain", "greedy_brain:Greedy", "--brain.greet", "1"], "did you mean --brain.greed?"),
         (["--brain", "greedy_brain:Greedy", "--brain.greed", "very"], "--brain.greed is very: it must be a number"),
         (["--brain", "greedy_brain:Greedy", "--brain.mode", "sly"], "--brain.mode is sly: it must be one of bold, shy"),

@@ -190,7 +190,7 @@ def test_decisions_that_are_damaged_or_too_few_are_refused(run):
 
 
 def test_what_is_no_run_is_not_resumed(tmp_path):
-    with pytest.raises(SclaError, match="no run folder"):
+    with pytest.raises(SclaError, match="not a run folder"):
         resume(tmp_path / "nowhere")
     with pytest.raises(SclaError, match=r"config\.json does not exist"):
         resume(tmp_path)

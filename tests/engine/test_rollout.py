@@ -28,7 +28,7 @@ def run(config, path):
 def test_the_embodied_robot_learns_far_beyond_the_random_walk(tmp_path):
     summary = run(dataclasses.replace(QUICK, epochs=2, decisions=400), tmp_path / "run")
     assert summary.ceiling_hits_per_1000 == pytest.approx(400)
-    # The random walk earns 31.58 a 1000, a brain that is perfect only beside the target 115.38.
+    # The random walk earns 31.58 a 1000, a brain that is perfect only next to the target 115.38.
     assert summary.epochs[1].hits_per_1000 > 320
     assert summary.transitions.failed == 0
     assert summary.max_position_error_m < 0.003

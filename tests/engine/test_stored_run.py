@@ -110,5 +110,5 @@ def test_a_decision_that_the_run_does_not_have_is_refused(folder, decision):
 
 
 def test_what_is_no_run_is_refused(tmp_path):
-    with pytest.raises(SclaError, match="no run folder"):
+    with pytest.raises(SclaError, match="not a run folder"):
         scla_mj.load_run(tmp_path / "absent")

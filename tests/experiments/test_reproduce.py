@@ -53,7 +53,7 @@ def test_progress_is_told_from_the_start_and_what_is_there_is_not_run_again(tmp_
     [
         ([MINE, MINE], "2 experiments are named mine"),
         ([dataclasses.replace(MINE, name=CATALOGUE[0].name)], "is an experiment of the catalogue"),
-        ([dataclasses.replace(MINE, baseline="theirs")], "compared with theirs, which is no experiment"),
+        ([dataclasses.replace(MINE, baseline="theirs")], "compared with theirs, which is not an experiment"),
         ([dataclasses.replace(MINE, targets=(Target("", 1, 1, "mean hits per 1000", 0.0, rivals=("x",)),))], "with x"),
         ([dataclasses.replace(MINE, config=with_settings(WALK, epochs=0))], "epochs"),
     ],

@@ -116,13 +116,13 @@ def pickled():
     ("content", "said"),
     [
         (sealed({"state.json": json.dumps({"format": 1, "state": {}})}), "has format 1: this scla-mj reads format 2"),
-        (sealed({"other": "x"}), "is no checkpoint of scla-mj"),
-        (sealed({"state.json": "{"}), "is no checkpoint of scla-mj"),
-        (sealed({"state.json": "[" * 100_000}), "is no checkpoint of scla-mj"),
-        (sealed({"state.json": "{" + " " * 10**7 + "}"}, compress=zipfile.ZIP_DEFLATED), "is no checkpoint"),
+        (sealed({"other": "x"}), "is not a checkpoint of scla-mj"),
+        (sealed({"state.json": "{"}), "is not a checkpoint of scla-mj"),
+        (sealed({"state.json": "[" * 100_000}), "is not a checkpoint of scla-mj"),
+        (sealed({"state.json": "{" + " " * 10**7 + "}"}, compress=zipfile.ZIP_DEFLATED), "is not a checkpoint"),
         (
             sealed({"state.json": json.dumps({"format": 1, "state": {"a": {"$array": "a"}}}), "a.npy": pickled()}),
-            "is no checkpoint of scla-mj",
+            "is not a checkpoint of scla-mj",
         ),
     ],
 )

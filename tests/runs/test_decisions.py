@@ -228,7 +228,7 @@ def test_a_table_of_other_columns_or_words_is_refused(tmp_path, walk):
     write_all(tmp_path, walk(1, 5))
     table = read_decisions(tmp_path)
     pq.write_table(table.drop_columns(["hit"]), tmp_path / DECISIONS_PARQUET)
-    with pytest.raises(SclaError, match="no table of decisions"):
+    with pytest.raises(SclaError, match="not a table of decisions"):
         read_decisions(tmp_path)
     words = pa.array(["up", "up", "sideways", "up", "up"])
     pq.write_table(table.set_column(7, SCHEMA.field("action"), words), tmp_path / DECISIONS_PARQUET)

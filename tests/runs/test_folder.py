@@ -189,7 +189,7 @@ def test_a_damaged_configuration_is_refused(tmp_path, content):
 
 
 def test_what_is_no_run_folder_is_not_opened(tmp_path):
-    assert "is no run folder" in refused(open_run, tmp_path / "absent")
+    assert "is not a run folder" in refused(open_run, tmp_path / "absent")
     assert "config.json does not exist" in refused(open_run, tmp_path)
     (tmp_path / paths.CONFIG_JSON).mkdir()
     assert "it must be a file" in refused(open_run, tmp_path)

@@ -22,7 +22,7 @@ from scla_mj.runs.drawing import INK, RULE, SOFT, canvas, draw_policy, draw_weig
 
 WIDTH_IN: Final = 8.6
 SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6d31", "#7a68b3")
-"""Okabe and Ito 2008, told apart by every kind of colour vision; without their black and yellow, with two dark hues."""
+"""Okabe and Ito 2008, distinguishable with any colour vision; without their black and yellow, with two dark hues."""
 DASHES: Final = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-", (0, (5, 1.5)), (0, (2, 1.2)), "-")
 _DOTTED: Final = (0, (1, 1.6))
 _ACROSS: Final = 3

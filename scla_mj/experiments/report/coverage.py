@@ -23,7 +23,7 @@ def in_catalogue(experiment: Experiment) -> Experiment | None:
 
 
 def is_reduced(experiment: Experiment) -> bool:
-    """Tell whether the catalogue has that experiment with other seeds, epochs or decisions."""
+    """Return whether the catalogue has that experiment with other seeds, epochs or decisions."""
     full = in_catalogue(experiment)
     return full is not None and _scale(full) != _scale(experiment)
 

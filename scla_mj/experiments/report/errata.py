@@ -19,7 +19,7 @@ def errata() -> dict[str, Any]:
     return {
         "any_start": any_start,
         "sensed_start": sensed_start,
-        "beside": exact.beside_the_target(),
+        "beside": exact.next_to_the_target(),
         "rows": np.array(paper.TABLE_5, dtype=np.float64),
         "distances": np.array(list(exact.paper_grid().distances.values())),
         "policies": _policies(),
@@ -34,7 +34,7 @@ def _policies() -> Table:
         ceiling = exact.paper_grid().ceiling_hits_per_1000(protocol)
         earned = [("shortest path (the ceiling)", ceiling), ("random walk, a bump stays", exact.random_walk(protocol))]
         if protocol == "any-start":
-            earned.append(("perfect beside the target, random elsewhere", exact.beside_the_target()))
+            earned.append(("perfect next to the target, random elsewhere", exact.next_to_the_target()))
         rows += [(name, protocol, hits, 1000 / hits, 100 * hits / ceiling) for name, hits in earned]
     return Table("policies", columns, rows)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.experiments import paper, statistics
-from scla_mj.experiments.exact import beside_the_target
+from scla_mj.experiments.exact import next_to_the_target
 from scla_mj.experiments.report.evidence import Array, Evidence, Study
 from scla_mj.experiments.report.tables import INTERVAL, Cell, Row, Table, measured, span_text
 from scla_mj.experiments.report.wording import setting
@@ -97,10 +97,10 @@ def table_5(items: Sequence[Evidence]) -> Table:
 def automaton(item: Evidence) -> Table:
     """Return what the automaton alone earns: the paper's, what is exact, and ours."""
     columns = {"source": None, "epochs": None, "hits per 1000": 2, INTERVAL: 2, "moves per hit": 2}
-    exact = beside_the_target()
+    exact = next_to_the_target()
     rows: list[Row] = [
         ("paper, the automaton alone", None, paper.AUTOMATON_HITS, None, paper.AUTOMATON_MOVES),
-        ("exact: perfect beside the target, random elsewhere", None, exact, None, 1000.0 / exact),
+        ("exact: perfect next to the target, random elsewhere", None, exact, None, 1000.0 / exact),
     ]
     first, last = paper.AUTOMATON_SPAN
     papers = [item.over(first, min(last, item.epochs))] if first <= item.epochs else []

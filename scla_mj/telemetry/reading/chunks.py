@@ -58,7 +58,7 @@ class Chunk(NamedTuple):
         return self if kept.all() else self._replace(rows=self.rows.filter(pa.array(kept)))
 
     def has(self, component: str) -> bool:
-        """Tell whether the rows carry a component, such as "Scalars:scalars"."""
+        """Return whether the rows carry a component, such as "Scalars:scalars"."""
         return component in self.rows.schema.names
 
     def lengths(self, component: str) -> NDArray[np.int64]:
@@ -137,7 +137,7 @@ def _is_decodable(path: Path, *_: int) -> bool:
 
 
 class RecordingFile:
-    """An open recording. `finished` tells whether it was closed; a killed run's was not. `run_id` is its identity."""
+    """An open recording. `finished`: whether it was closed; a killed run's was not. `run_id` is its identity."""
 
     def __init__(self, path: Path, reader: rr.chunk.RrdReader, finished: bool, run_id: str) -> None:
         self.path, self.finished, self.run_id = path, finished, run_id

@@ -1,4 +1,4 @@
-"""Sets what a recording alone says beside what the run's other files say."""
+"""Compares what a recording says with the run's other files."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class RunFiles(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """One figure of one of the run's files beside what the recording says, or where there is none summary.json.
+    """One figure of one of the run's files and the same in the recording or, without one, in summary.json.
 
     Both are texts to be printed; `agrees` compares the figures themselves.
     """

@@ -12,7 +12,7 @@ _TIMEOUT_S = 600.0
 
 
 def survives_decoding(path: Path) -> bool:
-    """Tell whether every chunk can be decoded, or at worst raises an error that can be caught."""
+    """Return whether every chunk can be decoded, or at worst raises an error that can be caught."""
     command = [sys.executable, __file__, str(path)]
     try:
         done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=_TIMEOUT_S)

@@ -1,4 +1,4 @@
-"""The parts of one recording: a run that was cut off and resumed goes on in a new file, with the same identity."""
+"""The parts of one recording: a resumed run continues in a new file, with the same identity."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _check_same(parts: list[Part]) -> None:
     first = parts[0]
     for part in parts[1:]:
         if part.file.run_id != first.file.run_id or _of_the_run(part) != _of_the_run(first):
-            raise SclaError(f"{part.file.path} is no part of the recording {first.file.path}: move it to its own run")
+            raise SclaError(f"{part.file.path} is not part of the recording {first.file.path}: move it to its own run")
 
 
 def _of_the_run(part: Part) -> dict[str, Any]:

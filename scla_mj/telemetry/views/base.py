@@ -134,7 +134,7 @@ class View:
         """Take what is kept of one decision, by its number over the whole run."""
 
     def send(self, rows: Rows) -> None:
-        """Send what was gathered of these decisions as columns, copied, since Rerun may go on reading it."""
+        """Send what was gathered of these decisions as columns, copied, since Rerun may still read it."""
 
     def remember(self, snapshot: Snapshot, decision: int) -> None:
         """Log the brain's memory after a decision."""

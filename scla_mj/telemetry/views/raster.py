@@ -1,7 +1,7 @@
 """Spikes as a scrolling raster: one point per spike, x the time along the raster in ms, y the neuron.
 
 Points are the compact form (about 5 bytes per spike on disk) and a population's can be counted without looking at them.
-The raster scrolls because their common parent entity moves left as time goes on. A light recording joins the thinking
+The raster scrolls because their common parent entity moves left with time. A light recording joins the thinking
 windows into one strip; a full one runs with simulated time.
 """
 
@@ -25,7 +25,7 @@ _MARGIN: Final = "brain/raster/margin"
 
 _POPULATION_OF: Final = np.repeat(np.arange(len(POPULATIONS), dtype=np.uint8), base.SIZES)
 _STRIP_LENGTH_MS: Final = 1_000_000.0
-"""Where x starts again at 0: a float32 still tells a sixteenth of a millisecond there."""
+"""Where x starts again at 0: a float32 still resolves a sixteenth of a millisecond there."""
 _WINDOWS_SHOWN: Final = 13
 _FULL_SHOWN_MS: Final = 1300.0
 """A full recording's raster shows a whole decision, a light one's the last thinking windows."""

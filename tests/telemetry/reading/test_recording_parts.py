@@ -89,7 +89,7 @@ def test_a_part_of_another_recording_is_refused(tmp_path, run, other):
     record_in_parts(tmp_path, run, "light", 37, 59)
     with open_part(tmp_path, 3, "light", first=121, **other) as stray:
         stray.write(run[0])
-    with pytest.raises(SclaError, match=r"recording-3\.rrd is no part of the recording"):
+    with pytest.raises(SclaError, match=r"recording-3\.rrd is not part of the recording"):
         inspect_recording(*recordings(tmp_path))
 
 
