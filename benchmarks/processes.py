@@ -1,4 +1,4 @@
-"""What only a process of its own can tell: start-up, peak memory, a long run's tail, two seeds on two cores."""
+"""What must be measured in a separate process: start-up, peak memory, a long run's tail, two seeds on two cores."""
 
 from __future__ import annotations
 

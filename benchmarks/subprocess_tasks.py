@@ -1,8 +1,8 @@
-"""`python -m benchmarks.subprocess_tasks TASK JSON`: one thing that is measured in a process of its own.
+"""`python -m benchmarks.subprocess_tasks TASK JSON`: one measurement in a separate process.
 
 Prints a line of JSON. `first`: time to the end of the first decision; `long`: a rollout's CPU time by stretches of
 decisions and the process's peak memory. A long run with a `pace` prints an empty line after every so many decisions,
-and goes on when it is sent one.
+and continues when it receives one.
 """
 
 from __future__ import annotations

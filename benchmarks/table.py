@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 from scla_mj.errors import SclaError
 
-ONE_REPETITION: Final = "a single repetition cannot tell; take more."
+ONE_REPETITION: Final = "a single repetition allows no verdict; take more."
 BOUND_ABOVE: Final = "noise: a part costs more than the whole that contains it; measure again on a quiet machine."
 _VERDICT: Final = re.compile(r"(?<= )(?:met|missed)$")
 

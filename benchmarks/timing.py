@@ -57,7 +57,7 @@ def turns(decisions: Iterator[object]) -> Iterator[None]:
 def paced(run: Callable[[Callable[..., None]], object]) -> Iterator[None]:
     """Call `run` with a watch that it calls after every decision, in a thread that stands still after every `TURN`.
 
-    A thread, since what calls its watch cannot stop in the middle and go on by itself.
+    A thread, since a function that calls its watch cannot pause in the middle by itself.
     """
     go, ready, decisions = threading.Semaphore(0), threading.Semaphore(0), itertools.count(1)
     failures: list[BaseException] = []

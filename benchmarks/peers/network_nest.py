@@ -142,7 +142,7 @@ def _noise(job: Any, populations: list[Any]) -> None:
 
 
 def _drive(job: Any, populations: list[Any]) -> Any:
-    """Return what sets the input: one generator a population, which is faster than `I_e` of every neuron."""
+    """Return what sets the input: one generator per population, which is faster than setting `I_e` of every neuron."""
     sources = [nest.Create("dc_generator") for _ in populations]
     for source, population in zip(sources, populations, strict=True):
         nest.Connect(source, population, syn_spec={"delay": _DELAY_MS})

@@ -63,7 +63,7 @@ def resume(
             )
         _restore(session, run)
         _take_back(run, session.decisions)
-        return session.carry_out(watch, goes_on=True)
+        return session.carry_out(watch, resumed=True)
 
 
 def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:

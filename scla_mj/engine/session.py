@@ -69,8 +69,8 @@ class Session:
         self._simulation.restore(state["simulation"])
         self._recorded = state["recorder"]
 
-    def carry_out(self, watch: Watch | None, *, goes_on: bool = False) -> Summary:
-        """Make every decision that is left, and leave a finished run folder; `goes_on` with the log that is there.
+    def carry_out(self, watch: Watch | None, *, resumed: bool = False) -> Summary:
+        """Make every decision that is left, and leave a finished run folder; `resumed`: continue the log that is there.
 
         Ctrl-C and SIGTERM wait for the end of the decision, a second one does not. Whatever ends the run early, what
         was complete is left readable, and the last whole decision is where it can be resumed.
@@ -80,7 +80,7 @@ class Session:
         """
         with held_back() as let_interrupt_through:
             try:
-                with DecisionLog(self._run.path, goes_on=goes_on) as log, self._recording():
+                with DecisionLog(self._run.path, resumed=resumed) as log, self._recording():
                     self._make_decisions(log, watch, let_interrupt_through)
             except BaseException:
                 with contextlib.suppress(SclaError):  # report the original error, not what follows from it

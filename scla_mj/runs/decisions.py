@@ -90,13 +90,13 @@ class DecisionLog:
 
     Args:
         folder: the run's folder.
-        goes_on: continue the stream that `take_back` left there, instead of beginning one.
+        resumed: continue the stream that `take_back` left there, instead of beginning one.
 
     Raises:
         SclaError: the folder already has a log, or cannot be written to.
     """
 
-    def __init__(self, folder: Path, *, goes_on: bool = False) -> None:
+    def __init__(self, folder: Path, *, resumed: bool = False) -> None:
         self._folder = Path(folder)
         self._rows: list[tuple[Any, ...]] = []
         self._broken = False
@@ -104,8 +104,8 @@ class DecisionLog:
         if (self._folder / DECISIONS_PARQUET).exists():
             raise SclaError(f"{self._folder} already holds the decisions of a run: choose another RUN")
         with writing(self._partial, refusal=f"{self._folder} is in use by another run: choose another RUN"):
-            self._stream = self._partial.open("ab" if goes_on else "xb")
-            if not goes_on:
+            self._stream = self._partial.open("ab" if resumed else "xb")
+            if not resumed:
                 self._stream.write(header(SCHEMA))
                 self._stream.flush()
 

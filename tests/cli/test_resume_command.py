@@ -17,7 +17,7 @@ from scla_mj.runs.decisions import read_decisions
 OPTIONS = ["--brain", "automaton", "--epochs", "2", "--decisions", "400", "--seed", "3"]
 
 
-def test_a_run_killed_outright_goes_on_to_the_bits_of_one_that_was_not(tmp_path, capsys):
+def test_a_run_killed_outright_is_resumed_bit_identically(tmp_path, capsys):
     killed, whole = tmp_path / "killed", tmp_path / "whole"
     command = [sys.executable, "-m", "scla_mj.cli.main", "rollout", str(killed), *OPTIONS]
     process = subprocess.Popen([*command, "--checkpoint-period-s", "0.1"], stderr=subprocess.DEVNULL)
@@ -48,7 +48,7 @@ def test_a_run_killed_outright_goes_on_to_the_bits_of_one_that_was_not(tmp_path,
 
 
 @pytest.mark.parametrize("telemetry", ["light", "off"])
-def test_a_full_disk_ends_in_a_sentence_and_the_run_goes_on_once_there_is_room(telemetry, tmp_path):
+def test_a_full_disk_ends_in_a_sentence_and_the_run_is_resumed_once_there_is_room(telemetry, tmp_path):
     """A limit on any file's size stands in for the full disk: it stops a recording at its birth, decisions later."""
     room_bytes, options = 60_000, [*OPTIONS, "--telemetry", telemetry]
 

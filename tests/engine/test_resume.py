@@ -44,14 +44,14 @@ def run(cut, tmp_path):
 
 
 @pytest.mark.parametrize("brain", ["scla", "automaton", "network", "random", "q-learning", "shortest-path"])
-def test_every_brain_goes_on_to_the_bit(brain, tmp_path):
+def test_every_brain_is_resumed_bit_identically(brain, tmp_path):
     config = dataclasses.replace(QUICK, brain=brain)
     resume(stopped(config, tmp_path / "cut", 7, 30), pictures=False)
     assert_same_run(whole(config, tmp_path / "whole"), tmp_path / "cut")
 
 
 @pytest.mark.parametrize("sessions", [(1,), (30,), (31,), (29, 1, 1, 40), (89,)])
-def test_a_hard_run_goes_on_to_the_bit_wherever_it_is_cut(sessions, tmp_path, hard):
+def test_a_hard_run_is_resumed_bit_identically_wherever_it_is_cut(sessions, tmp_path, hard):
     resume(stopped(HARD, tmp_path / "cut", *sessions), pictures=False)
     assert_same_run(hard, tmp_path / "cut")
     seen, expected = (inspect_recording(*recordings(path)) for path in (tmp_path / "cut", hard))
@@ -79,7 +79,7 @@ def hard(tmp_path_factory):
 
 
 @pytest.mark.parametrize("localisation", ["odometry", "sensors"])
-def test_a_disturbed_robot_that_knows_its_place_by_its_own_sensors_goes_on_to_the_bit(localisation, tmp_path):
+def test_a_disturbed_robot_that_knows_its_place_by_its_own_sensors_is_resumed_bit_identically(localisation, tmp_path):
     config = dataclasses.replace(QUICK, localisation=localisation, disturbance=DISTURBED)
     resume(stopped(config, tmp_path / "cut", 13, 4, 30), pictures=False)
     assert_same_run(whole(config, tmp_path / "whole"), tmp_path / "cut")
@@ -120,7 +120,7 @@ def test_checkpoints_are_written_as_the_run_goes_and_gone_at_its_end(tmp_path):
     assert_same_run(whole(QUICK, tmp_path / "whole"), tmp_path / "run")
 
 
-def test_a_stopped_run_is_sealed_and_its_seal_is_lifted_while_it_goes_on(run):
+def test_a_stopped_run_is_sealed_and_its_seal_is_lifted_while_it_runs(run):
     assert is_sealed(run) and not broken_files(run)
 
     def watch(record, epoch):
@@ -143,7 +143,7 @@ def test_wall_time_is_that_of_all_sessions(run):
     assert resume(run, pictures=False).wall_s > before
 
 
-def test_a_disk_that_is_full_at_a_checkpoint_ends_the_run_in_a_sentence_and_it_goes_on_later(tmp_path, monkeypatch):
+def test_a_disk_that_is_full_at_a_checkpoint_ends_the_run_in_a_sentence_and_it_is_resumed_later(tmp_path, monkeypatch):
     def fill(record, epoch):
         if record.decision == 9:
 

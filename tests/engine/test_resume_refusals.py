@@ -54,7 +54,7 @@ def test_a_run_that_another_process_is_running_is_not_resumed(run):
     resume(run, pictures=False)
 
 
-def test_while_a_run_goes_on_nobody_else_can_resume_it(tmp_path):
+def test_while_a_run_is_running_nobody_else_can_resume_it(tmp_path):
     def watch(record, epoch):
         with pytest.raises(SclaError, match="another process is running it"):
             resume(tmp_path / "run", pictures=False)
@@ -102,7 +102,7 @@ def test_a_damaged_checkpoint_is_refused_and_the_run_can_start_again(run, tmp_pa
 @pytest.mark.parametrize(
     "name", ["config.json", "decisions.parquet", "summary.json", "brain.npz", "checkpoint.npz", "recording.rrd"]
 )
-def test_a_stopped_run_goes_on_only_if_every_file_is_as_it_left_it(name, recorded):
+def test_a_stopped_run_is_resumed_only_if_every_file_is_as_it_left_it(name, recorded):
     with (recorded / name).open("ab") as file:
         file.write(b"\n")
     assert f"{name} is damaged: its bytes are not those that the run wrote" in refused(recorded)

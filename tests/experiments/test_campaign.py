@@ -41,7 +41,7 @@ def test_runs_side_by_side_give_the_bits_of_runs_one_after_another(tmp_path):
     assert open_jobs(tmp_path, EXPERIMENTS) == []
 
 
-def test_an_interrupted_run_goes_on_where_it_was_and_ends_with_the_bits_of_one_that_never_stopped(tmp_path):
+def test_an_interrupted_run_is_resumed_bit_identically(tmp_path):
     (job,) = open_jobs(tmp_path, [dataclasses.replace(EXPERIMENTS[0], seeds=(3,))])
     rollout(job.config, tmp_path / "whole", pictures=False)
     half = job.folder.with_name(job.folder.name + ".part")

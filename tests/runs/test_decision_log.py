@@ -62,7 +62,7 @@ def test_a_stream_whose_end_is_zeros_after_a_power_cut_is_read_up_to_them(stream
 
 @pytest.mark.parametrize("kept", [0, 1, 4, 299, 300, 700])
 @pytest.mark.parametrize("closed", [True, False])
-def test_a_log_that_was_taken_back_and_gone_on_with_has_the_bytes_of_one_that_was_not(tmp_path, walk, kept, closed):
+def test_a_log_that_was_taken_back_and_continued_has_the_same_bytes(tmp_path, walk, kept, closed):
     records = list(walk(3, 250))
     for name in ("whole", "cut"):
         (tmp_path / name).mkdir()
@@ -74,7 +74,7 @@ def test_a_log_that_was_taken_back_and_gone_on_with_has_the_bytes_of_one_that_wa
     take_back(tmp_path / "cut", kept)
     assert [path.name for path in (tmp_path / "cut").iterdir()] == [DECISIONS_PARTIAL]
     assert read_decisions(tmp_path / "cut").equals(pa.table(read_decisions(tmp_path / "whole").slice(0, kept)))
-    write_all(tmp_path / "cut", records[kept:], goes_on=True)
+    write_all(tmp_path / "cut", records[kept:], resumed=True)
     first, second = (tmp_path / name / DECISIONS_PARQUET for name in ("whole", "cut"))
     assert first.read_bytes() == second.read_bytes()
 
