@@ -11,7 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from scla_mj.config import RunConfig
 
 if TYPE_CHECKING:
-    from scla_mj.runs.summary import Tally
+    from scla_mj.engine.account import Account
     from scla_mj.signals import DecisionRecord
 
 _REFRESH_DECISIONS: Final = 10
@@ -35,14 +35,14 @@ class RolloutProgress:
         self._task = self._bar.add_task("rollout", total=self._total, epoch=1, hits=0, percent=0.0)
         self._done = 0
 
-    def update(self, record: DecisionRecord, tally: Tally) -> None:
+    def update(self, record: DecisionRecord, account: Account) -> None:
         """Show a decision; the bar appears with the first one, so that a refusal stands alone."""
         before, self._done = self._done, (record.epoch - 1) * self._decisions + record.decision
         if before == 0:
             self._bar.reset(self._task, completed=self._done - 1)  # remaining time is estimated from here
             self._bar.start()
         if self._done % _REFRESH_DECISIONS == 0 or self._done == self._total:
-            epoch = tally.epoch(record.epoch)
+            epoch = account.epoch(record.epoch)
             self._bar.update(
                 self._task,
                 completed=self._done,

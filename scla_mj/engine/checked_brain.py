@@ -14,7 +14,7 @@ from scla_mj.brain.base import Brain
 from scla_mj.brain.registry import describe
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
-from scla_mj.runs.brain import PROBABILITY_TOLERANCE, WEIGHTS_SHAPE
+from scla_mj.runs.brain import check_snapshot
 from scla_mj.runs.checkpoint import check_state
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
 
@@ -28,7 +28,7 @@ class CheckedBrain(Brain):
     def __init__(self, brain: Brain, name: str, *, cells: tuple[int, int]) -> None:
         self._brain = brain
         self._name = name
-        self._policy_shape = (*cells, len(Action))
+        self._cells = cells
         if not isinstance(brain.sensors, Mapping):
             raise SclaError(
                 f"--brain {name}: its sensors must be a dict of functions by name, not {_shown(brain.sensors)}"
@@ -82,14 +82,10 @@ class CheckedBrain(Brain):
         snapshot: object = self._ask("snapshot")
         if not isinstance(snapshot, Snapshot):
             self._refuse("snapshot", "return a Snapshot", snapshot)
-        weights, probabilities = snapshot
-        if weights is not None and not (_is_array(weights, WEIGHTS_SHAPE, np.floating) and np.isfinite(weights).all()):
-            self._refuse("snapshot", f"return weights as finite floats of shape {WEIGHTS_SHAPE}, or None", weights)
-        if probabilities is not None and not _is_policy(probabilities, self._policy_shape):
-            wanted = (
-                f"return probabilities as float64 of shape {self._policy_shape}, a cell's four summing to 1, or None"
-            )
-            self._refuse("snapshot", wanted, probabilities)
+        try:
+            check_snapshot(snapshot, self._cells)
+        except SclaError as error:
+            raise SclaError(f"--brain {self._name}: its snapshot() must fit brain.npz: {error}, or be None") from error
         return snapshot
 
     def state(self) -> dict[str, Any] | None:
@@ -157,14 +153,6 @@ class CheckedBrain(Brain):
 
 def _is_array(values: Any, shape: tuple[int, ...], kind: Any) -> bool:
     return isinstance(values, np.ndarray) and values.shape == shape and np.issubdtype(values.dtype, kind)
-
-
-def _is_policy(values: Any, shape: tuple[int, ...]) -> bool:
-    return (
-        _is_array(values, shape, np.float64)
-        and bool((values >= 0.0).all())
-        and bool((np.abs(values.sum(axis=2) - 1.0) <= PROBABILITY_TOLERANCE).all())
-    )
 
 
 def _shown(got: Any) -> str:

@@ -22,7 +22,7 @@ from scla_mj.runs.seal import broken_files, is_sealed
 from scla_mj.runs.summary import Summary, read_summary
 from scla_mj.signals import Outcome, Snapshot
 from scla_mj.telemetry.reading.chunks import EmptyRecordingError
-from scla_mj.telemetry.reading.comparison import Comparison, RunFiles, compare, compare_with_summary
+from scla_mj.telemetry.reading.comparison import Comparison, RunFiles, compare
 from scla_mj.telemetry.reading.reader import Inspection, inspect_recording
 from scla_mj.telemetry.views.base import EpochCount
 
@@ -216,9 +216,8 @@ def _compare(found: RunInspection) -> list[Comparison]:
         summary=None if found.summary is None else dataclasses.asdict(found.summary),
         brain=found.brain,
     )
-    if recording is None:
-        return compare_with_summary(files)
-    return compare(recording, files if closed or found.complete else RunFiles(config=files.config))
+    whole = recording is None or closed or found.complete
+    return compare(recording, files if whole else RunFiles(config=files.config))
 
 
 def _settings(checked: CheckedConfig) -> dict[str, Any]:

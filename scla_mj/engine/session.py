@@ -17,7 +17,7 @@ from scla_mj.runs.brain import write_brain
 from scla_mj.runs.checkpoint import write_checkpoint
 from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.seal import write_seal
-from scla_mj.runs.summary import Summary, Tally, write_summary
+from scla_mj.runs.summary import Summary, write_summary
 
 if TYPE_CHECKING:
     from scla_mj.loop.simulation import Simulation
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _PROBABILITIES_EVERY: Final = 50
 """Decisions between two pictures of the policy: it is seen to change, for 2 ms per picture."""
 
-Watch = Callable[["DecisionRecord", Tally], None]
+Watch = Callable[["DecisionRecord", Account], None]
 """Takes every decision, and the count so far, which can be asked for any epoch's figures.
 
 With telemetry off most decisions have no activity, and their moves an empty trajectory: nobody needs them."""
@@ -57,7 +57,7 @@ class Session:
     @property
     def decisions(self) -> int:
         """Whole decisions so far, those of earlier sessions included."""
-        return self._account.tally.decisions
+        return self._account.decisions
 
     def can_save(self) -> bool:
         """Return whether the brain has a state to be saved."""
@@ -96,7 +96,7 @@ class Session:
                 record = self._decide(log)
                 self._whole = True
                 if watch is not None:
-                    watch(record, self._account.tally)
+                    watch(record, self._account)
                 if time.monotonic() - saved_s >= self._period_s:
                     self._save(log)
                     saved_s = time.monotonic()
@@ -118,7 +118,7 @@ class Session:
         if self._recorder is not None:
             self._recorder.write(record, memory)
             if record.decision == self._config.decisions:
-                count = self._account.tally.epoch(record.epoch)
+                count = self._account.epoch(record.epoch)
                 self._recorder.end_epoch(hits=count.hits, decisions=count.decisions)
         return record
 

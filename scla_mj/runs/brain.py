@@ -19,7 +19,7 @@ from scla_mj.signals import Snapshot, WeightCurve
 WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
 _HISTORY: Final = tuple(f"history_{name}" for name in WeightCurve._fields)
 _MEMBERS: Final = ("weights", "projections", "probabilities", *_HISTORY)
-PROBABILITY_TOLERANCE: Final = 1e-6
+_PROBABILITY_TOLERANCE: Final = 1e-6
 """Far above the rounding of four summed float64 numbers, far below any visible change of a policy."""
 
 
@@ -52,7 +52,14 @@ def read_brain(folder: Path) -> Snapshot:
     """
     path = Path(folder) / BRAIN_NPZ
     arrays = _read_members(path)
-    return Snapshot(_checked_weights(path, arrays), _checked_probabilities(path, arrays))
+    snapshot = Snapshot(arrays.get("weights"), arrays.get("probabilities"))
+    try:
+        check_snapshot(snapshot)
+    except SclaError as error:
+        raise SclaError(f"{path} is damaged: {error}") from error
+    if snapshot.weights is not None and tuple(arrays.get("projections", ())) != PROJECTION_NAMES:
+        raise SclaError(f"{path}: projections must name the weights: {', '.join(PROJECTION_NAMES)}")
+    return snapshot
 
 
 def read_weight_history(folder: Path) -> WeightCurve | None:
@@ -95,28 +102,29 @@ def _check_members(path: Path, archive: Any) -> None:
         raise SclaError(f"{path} is not a brain file of scla-mj: its arrays are compressed")
 
 
-def _checked_weights(path: Path, arrays: dict[str, NDArray[Any]]) -> NDArray[Any] | None:
-    weights = arrays.get("weights")
-    if weights is None:
-        return None
-    if weights.shape != WEIGHTS_SHAPE or weights.dtype not in (np.float32, np.float64):
-        raise SclaError(f"{path}: weights are {weights.dtype} {weights.shape}, they must be floats of {WEIGHTS_SHAPE}")
-    if not np.isfinite(weights).all():
-        raise SclaError(f"{path} is damaged: every weight must be a finite number")
-    if tuple(arrays.get("projections", ())) != PROJECTION_NAMES:
-        raise SclaError(f"{path}: projections must name the weights: {', '.join(PROJECTION_NAMES)}")
-    return weights
+def check_snapshot(snapshot: Snapshot, cells: tuple[int, int] | None = None) -> None:
+    """Refuse weights or action probabilities that `brain.npz` cannot hold; `cells` is (W, H) where the grid is known.
+
+    Raises:
+        SclaError: the sentence says what the array is and what it must be.
+    """
+    weights, probabilities = snapshot
+    if weights is not None:
+        kinds = (np.float32, np.float64)
+        if not isinstance(weights, np.ndarray) or weights.shape != WEIGHTS_SHAPE or weights.dtype not in kinds:
+            raise SclaError(f"weights are {_kind(weights)}, they must be floats of {WEIGHTS_SHAPE}")
+        if not np.isfinite(weights).all():
+            raise SclaError("every weight must be a finite number")
+    if probabilities is not None:
+        is_map = isinstance(probabilities, np.ndarray) and probabilities.dtype == np.float64 and probabilities.ndim == 3
+        width, height = cells or (probabilities.shape[:2] if is_map else ("W", "H"))
+        if not is_map or probabilities.shape != (width, height, len(Action)):
+            wanted = f"float64 ({width}, {height}, {len(Action)})" if cells else "float64 (W, H, 4)"
+            raise SclaError(f"probabilities are {_kind(probabilities)}, they must be {wanted}")
+        sums_off = np.abs(probabilities.sum(axis=2) - 1.0)
+        if not (probabilities.min(initial=0.0) >= 0.0 and sums_off.max(initial=0.0) <= _PROBABILITY_TOLERANCE):
+            raise SclaError("every cell's probabilities must be 0 or more and sum to 1")
 
 
-def _checked_probabilities(path: Path, arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64] | None:
-    probabilities = arrays.get("probabilities")
-    if probabilities is None:
-        return None
-    if probabilities.dtype != np.float64 or probabilities.ndim != 3 or probabilities.shape[2] != len(Action):
-        raise SclaError(
-            f"{path}: probabilities are {probabilities.dtype} {probabilities.shape}, they must be float64 (W, H, 4)"
-        )
-    sums_off = np.abs(probabilities.sum(axis=2) - 1.0)
-    if not (probabilities.min(initial=0.0) >= 0.0 and sums_off.max(initial=0.0) <= PROBABILITY_TOLERANCE):
-        raise SclaError(f"{path} is damaged: every cell's probabilities must be 0 or more and sum to 1")
-    return probabilities
+def _kind(values: Any) -> str:
+    return f"{values.dtype} {values.shape}" if isinstance(values, np.ndarray) else type(values).__name__

@@ -1,20 +1,13 @@
-"""`summary.json`: what a run earned, counted decision by decision in memory that does not grow with it."""
+"""`summary.json`: what a run earned, epoch by epoch and as a whole."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from scla_mj.checked import CheckedConfig
 from scla_mj.grid import StartProtocol
 from scla_mj.paths import SUMMARY_JSON
 from scla_mj.runs.atomic import read_json, spelling, write_json
-from scla_mj.signals import DecisionRecord, Localised, Outcome
 from scla_mj.validation import Section, validated
 
 
@@ -95,123 +88,6 @@ def epoch_summary(
         ceiling_hits_per_1000=ceiling_hits_per_1000,
         mean_weights=mean_weights,
     )
-
-
-@dataclass
-class _Count:
-    """What is counted of one epoch while it is running."""
-
-    ceiling_hits_per_1000: float
-    decisions: int = 0
-    hits: int = 0
-    mean_weights: NDArray[np.float64] | None = None
-
-
-@dataclass
-class _Beliefs:
-    """What is counted of a robot that finds its own place; errors in metres."""
-
-    decisions: int = 0
-    max_error_m: float = 0.0
-    total_error_m: float = 0.0
-    wrong_cells: int = 0
-
-    def add(self, localised: Localised) -> None:
-        self.decisions += 1
-        self.max_error_m = max(self.max_error_m, localised.error_m)
-        self.total_error_m += localised.error_m
-        self.wrong_cells += not localised.right_cell
-
-    def summary(self) -> LocalisationSummary | None:
-        if not self.decisions:
-            return None
-        return LocalisationSummary(self.max_error_m, self.total_error_m / self.decisions, self.wrong_cells)
-
-
-class Tally:
-    """Counts a run's decisions; `summary()` may be called at any time."""
-
-    def __init__(self, checked: CheckedConfig) -> None:
-        self._checked = checked
-        self._counts: dict[int, _Count] = {}
-        self._outcomes = dict.fromkeys(Outcome, 0)
-        self._max_error_m = 0.0
-        self._beliefs = _Beliefs()
-
-    def add(self, record: DecisionRecord) -> None:
-        """Count one decision."""
-        if record.epoch not in self._counts:
-            self._counts[record.epoch] = _Count(self._checked.ceiling_hits_per_1000(record.epoch))
-        count = self._counts[record.epoch]
-        count.decisions += 1
-        count.hits += bool(record.hit)
-        if record.activity is not None:
-            count.mean_weights = record.activity.mean_weights
-        self._outcomes[record.move.outcome] += 1
-        if math.isfinite(record.move.position_error_m):  # a robot that fell, a failed move, is nowhere
-            self._max_error_m = max(self._max_error_m, abs(record.move.position_error_m))
-        if record.localised is not None:
-            self._beliefs.add(record.localised)
-
-    @property
-    def decisions(self) -> int:
-        """Decisions counted so far."""
-        return sum(self._outcomes.values())
-
-    def epoch(self, epoch: int) -> EpochSummary:
-        """Return the figures so far of an epoch that has at least one decision."""
-        count = self._counts[epoch]
-        means = None if count.mean_weights is None else tuple(count.mean_weights.tolist())
-        return epoch_summary(epoch, count.decisions, count.hits, count.ceiling_hits_per_1000, means)
-
-    def state(self) -> dict[str, Any]:
-        """Return everything that `restore` needs to continue from here."""
-        counts = {
-            str(epoch): {"decisions": count.decisions, "hits": count.hits, "mean_weights": _listed(count.mean_weights)}
-            for epoch, count in self._counts.items()
-        }
-        outcomes = {outcome.value: number for outcome, number in self._outcomes.items()}
-        beliefs = asdict(self._beliefs)
-        return {"counts": counts, "outcomes": outcomes, "max_error_m": self._max_error_m, "beliefs": beliefs}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a `state`."""
-        self._counts = {}
-        for epoch, count in state["counts"].items():
-            means = count["mean_weights"]
-            ceiling = self._checked.ceiling_hits_per_1000(int(epoch))
-            self._counts[int(epoch)] = _Count(
-                ceiling, count["decisions"], count["hits"], None if means is None else np.array(means)
-            )
-        self._outcomes = {outcome: state["outcomes"][outcome.value] for outcome in Outcome}
-        self._max_error_m = state["max_error_m"]
-        self._beliefs = _Beliefs(**state["beliefs"])
-
-    def summary(self, *, simulated_s: float, wall_s: float) -> Summary:
-        """Return the figures so far, with the times that the caller's clocks show."""
-        config, outcomes = self._checked.config, self._outcomes
-        return Summary(
-            protocol=config.protocol,
-            seed=config.seed,
-            cells=config.grid.cells,
-            target=config.grid.target,
-            ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),
-            epochs=tuple(self.epoch(epoch) for epoch in sorted(self._counts)),
-            transitions=Transitions(
-                commanded=sum(outcomes.values()),
-                completed=outcomes[Outcome.MOVED],
-                blocked=outcomes[Outcome.BLOCKED],
-                failed=outcomes[Outcome.FAILED],
-            ),
-            max_position_error_m=self._max_error_m,
-            simulated_s=simulated_s,
-            wall_s=wall_s,
-            localisation=self._beliefs.summary(),
-        )
-
-
-def _listed(means: NDArray[np.float64] | None) -> list[float] | None:
-    return None if means is None else means.tolist()
 
 
 def write_summary(folder: Path, summary: Summary) -> None:

@@ -18,6 +18,6 @@ def test_an_epochs_mean_weights_are_those_at_its_end_and_nobody_elses_look_chang
         asked.add(record if wanted else record._replace(activity=None), simulation.time_s)
         shown.add(record, simulation.time_s)
     assert len(set(means.values())) > 5
-    assert asked.tally.epoch(1).mean_weights == shown.tally.epoch(1).mean_weights == means[1, 11]
+    assert asked.epoch(1).mean_weights == shown.epoch(1).mean_weights == means[1, 11]
     # Of the epoch that was cut short, the last that was due: the run's 17th decision, the epoch's 6th.
-    assert asked.tally.epoch(2).mean_weights == shown.tally.epoch(2).mean_weights == means[2, 6]
+    assert asked.epoch(2).mean_weights == shown.epoch(2).mean_weights == means[2, 6]

@@ -107,8 +107,9 @@ def test_an_activity_of_the_wrong_kind_is_refused(activity, words):
         (None, "return a Snapshot"),
         (Snapshot(weights=np.ones((8, 10, 10))), "weights"),
         (Snapshot(weights=np.ones((8, 100, 100), int)), "weights"),
+        (Snapshot(weights=np.ones((8, 100, 100), np.float16)), "weights are float16"),
         (Snapshot(probabilities=np.full((4, 5, 4), 0.25)), "(5, 4, 4)"),
-        (Snapshot(probabilities=np.full((5, 4, 4), 0.5)), "summing to 1"),
+        (Snapshot(probabilities=np.full((5, 4, 4), 0.5)), "sum to 1"),
         (Snapshot(probabilities=[[0.25] * 4]), "probabilities"),
     ],
 )

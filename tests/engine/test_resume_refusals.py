@@ -178,7 +178,7 @@ def test_a_checkpoint_that_lacks_a_part_or_fits_no_brain_is_refused(run):
 def test_decisions_that_are_damaged_or_too_few_are_refused(run):
     (run / "seal.json").unlink()
     state = read_checkpoint(run)
-    state["account"]["tally"]["outcomes"]["moved"] += 5
+    state["account"]["outcomes"]["moved"] += 5
     write_checkpoint(run, state)
     assert "of 25 decisions" in refused(run)
     (run / "decisions.parquet").unlink()

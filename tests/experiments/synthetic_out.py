@@ -10,6 +10,7 @@ import numpy as np
 
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
+from scla_mj.engine.account import Account
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.experiment import Experiment
 from scla_mj.grid import Action
@@ -17,7 +18,7 @@ from scla_mj.markov import ceiling_hits_per_1000, hits_per_1000, uniform_policy
 from scla_mj.runs.brain import write_brain
 from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.folder import create
-from scla_mj.runs.summary import Tally, write_summary
+from scla_mj.runs.summary import write_summary
 from scla_mj.signals import Activity, Decision, DecisionRecord, Move, Outcome, Percept, Snapshot
 
 Skill = Callable[[int], float]
@@ -37,14 +38,14 @@ def write_runs(out: Path, experiment: Experiment, skill: Skill, *, decisions: in
     for seed in experiment.seeds:
         config = dataclasses.replace(experiment.config, seed=seed)
         run = create(run_folder(out, experiment, seed), config)
-        tally = Tally(check(config))
+        account = Account(check(config))
         with DecisionLog(run.path) as log:
             for number, record in enumerate(records(config, skill)):
                 if number == decisions:
                     break
                 log.write(record)
-                tally.add(record)
-        write_summary(run.path, tally.summary(simulated_s=3600.0, wall_s=30.0))
+                account.add(record, 3600.0)
+        write_summary(run.path, dataclasses.replace(account.summary(), wall_s=30.0))
         write_brain(run.path, snapshot(config, skill))
 
 

@@ -7,12 +7,13 @@ from PIL import Image
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
+from scla_mj.engine.account import Account
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.drawing import POLICY_SHADES
 from scla_mj.runs.plots import BAR, CEILING, RANDOM_WALK, plot_epochs, plot_policy, plot_weights
-from scla_mj.runs.summary import Tally, epoch_summary
+from scla_mj.runs.summary import epoch_summary
 from scla_mj.signals import WeightCurve
 
 PAPER = Grid((5, 5), Cell(3, 3), 0.3)
@@ -28,7 +29,7 @@ def mask(image, colour):
 
 
 def summary_of(hits, ceilings=()):
-    summary = Tally(check(RunConfig())).summary(simulated_s=0.0, wall_s=0.0)
+    summary = Account(check(RunConfig())).summary()
     own = ceilings or [400.0] * len(hits)
     epochs = tuple(epoch_summary(n + 1, 1000, count, own[n]) for n, count in enumerate(hits))
     return type(summary)(**{**vars(summary), "epochs": epochs})

@@ -1,5 +1,6 @@
 """`summary.json` against counts made another way."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -7,11 +8,12 @@ import pytest
 
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
+from scla_mj.engine.account import Account
 from scla_mj.errors import SclaError
 from scla_mj.paths import SUMMARY_JSON
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.decisions import DecisionLog, read_decisions
-from scla_mj.runs.summary import Tally, epoch_summary, read_summary, write_summary
+from scla_mj.runs.summary import epoch_summary, read_summary, write_summary
 from scla_mj.signals import Localised, Outcome
 
 KEYS = (
@@ -21,10 +23,10 @@ KEYS = (
 
 
 def tallied(records, config=None):
-    tally = Tally(check(config or RunConfig()))
+    account = Account(check(config or RunConfig()))
     for record in records:
-        tally.add(record)
-    return tally.summary(simulated_s=12.5, wall_s=0.25)
+        account.add(record, 12.5)
+    return dataclasses.replace(account.summary(), wall_s=0.25)
 
 
 def test_the_file_has_exactly_the_documented_keys(tmp_path, walk):
@@ -108,13 +110,11 @@ def test_beliefs_are_counted_where_the_robot_finds_its_own_place(tmp_path, walk)
         record._replace(localised=Localised(error_m, error_m < 0.15))
         for record, error_m in zip(walk(1, 3), errors, strict=True)
     ]
-    tally = Tally(check(RunConfig()))
-    for record in records[:1]:
-        tally.add(record)
-    later = Tally(check(RunConfig()))
-    later.restore(tally.state())
+    account, later = (Account(check(RunConfig())) for _ in range(2))
+    account.add(records[0], 1.0)
+    later.restore(account.state())
     for record in records[1:]:
-        later.add(record)
-    found = later.summary(simulated_s=1.0, wall_s=1.0).localisation
+        later.add(record, 1.0)
+    found = later.summary().localisation
     assert (found.max_error_m, found.mean_error_m, found.wrong_cells) == (0.2, pytest.approx(0.08), 1)
     assert tallied(walk(1, 3)).localisation is None

@@ -1,9 +1,9 @@
-"""Compares what a recording says with the run's other files."""
+"""Compares what a recording, or without one a summary, says with the run's other files."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
 from numpy.typing import NDArray
@@ -19,8 +19,8 @@ _MEAN_TOLERANCE: Final = 1e-4
 """Between the mean weight that the brain reported and the mean of its matrix: float32 rounding over 10,000 weights."""
 
 
-_SETTINGS: Final = ("protocol", "seed", "telemetry")
 _CEILING: Final = "ceiling_hits_per_1000"
+_SETTINGS: Final = ("protocol", "seed", "telemetry", "cells", "target", "cell_size_m", "thinking_window_s", _CEILING)
 
 
 class RunFiles(NamedTuple):
@@ -50,37 +50,29 @@ class Comparison(NamedTuple):
     agrees: bool
 
 
-def compare(inspection: Inspection, files: RunFiles) -> list[Comparison]:
-    """Compare every figure that the recording and another file both have."""
+def compare(inspection: Inspection | None, files: RunFiles) -> list[Comparison]:
+    """Compare every figure that the recording and another file both have; summary.json stands in for none."""
     rows: list[Comparison] = []
+    reference = files.summary if inspection is None else _as_summary(inspection)
+    if reference is None:
+        return rows
     if files.config is not None:
-        rows += _compare_config(inspection, files.config)
+        rows += _compare_settings(CONFIG_JSON, reference, files.config)
+        if inspection is not None:
+            rows.append(_compare_jump(inspection, files.config["jump"]))
     if files.decisions is not None:
-        rows += _compare_counts(DECISIONS_PARQUET, _counts(inspection), files.decisions)
-    if files.summary is not None:
-        rows += _compare_setting(inspection, files.summary)
-        rows += _compare_counts(SUMMARY_JSON, _counts(inspection), files.summary)
-    if files.brain is not None:
+        rows += _compare_counts(DECISIONS_PARQUET, reference, files.decisions)
+    if inspection is not None and files.summary is not None:
+        rows += _compare_summary(inspection, reference, files.summary)
+    if inspection is not None and files.brain is not None:
         rows += _compare_brain(inspection, files.brain)
     return rows
 
 
-def compare_with_summary(files: RunFiles) -> list[Comparison]:
-    """Compare every figure that summary.json and another file both have, of a run that was not recorded."""
-    rows: list[Comparison] = []
-    summary = files.summary
-    if summary is not None and files.config is not None:
-        settings = ("protocol", "seed", "cells", "target")
-        rows += [_equal(CONFIG_JSON, what, summary[what], files.config[what]) for what in settings]
-    if summary is not None and files.decisions is not None:
-        rows += _compare_counts(DECISIONS_PARQUET, summary, files.decisions)
-    return rows
-
-
-def _counts(inspection: Inspection) -> dict[str, Any]:
-    """Return a recording's counts as summary.json names them."""
+def _as_summary(inspection: Inspection) -> dict[str, Any]:
+    """Return a recording's properties, and its counts as summary.json names them."""
     outcomes = inspection.outcomes
-    return {
+    return inspection.properties | {
         "epochs": [epoch._asdict() for epoch in inspection.epochs],
         "transitions": {
             "commanded": inspection.decisions,
@@ -93,12 +85,16 @@ def _counts(inspection: Inspection) -> dict[str, Any]:
     }
 
 
-def _equal(file: str, what: str, recording: Any, run: Any) -> Comparison:
-    return Comparison(file, what, _text(recording), _text(run), recording == run)
+def _row(file: str, what: str, reference: Any, found: Any, tolerance: float = 0.0) -> Comparison:
+    if isinstance(reference, float) and isinstance(found, float):
+        agrees = math.isclose(reference, found, abs_tol=tolerance)
+    else:
+        agrees = _plain(reference) == _plain(found)
+    return Comparison(file, what, _text(reference), _text(found), agrees)
 
 
-def _close(file: str, what: str, recording: float, run: float, tolerance: float = 0.0) -> Comparison:
-    return Comparison(file, what, _text(recording), _text(run), math.isclose(recording, run, abs_tol=tolerance))
+def _plain(value: Any) -> Any:
+    return tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else value
 
 
 def _text(value: Any) -> str:
@@ -109,37 +105,36 @@ def _text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _compare_config(inspection: Inspection, config: Mapping[str, Any]) -> list[Comparison]:
-    known = inspection.properties
-    rows = [_equal(CONFIG_JSON, what, known[what], config[what]) for what in _SETTINGS if what in known]
-    rows += [_equal(CONFIG_JSON, what, tuple(known[what]), tuple(config[what])) for what in ("cells", "target")]
-    rows += [_close(CONFIG_JSON, what, known[what], config[what]) for what in ("cell_size_m", "thinking_window_s")]
+def _compare_settings(file: str, reference: Mapping[str, Any], run: Mapping[str, Any]) -> list[Comparison]:
+    return [_row(file, what, reference[what], run[what]) for what in _SETTINGS if what in reference and what in run]
+
+
+def _compare_jump(inspection: Inspection, jump: Any) -> Comparison:
     last = inspection.epochs[-1].epoch if inspection.epochs else 0
     recorded = tuple((jump.epoch, *jump.target) for jump in inspection.jumps) or None
-    jump = config["jump"]
     run = None if jump is None or jump[0] > last else ((jump[0], *jump[1]),)
-    return [*rows, _equal(CONFIG_JSON, "jump of the target: epoch, x, y", recorded, run)]
+    return _row(CONFIG_JSON, "jump of the target: epoch, x, y", recorded, run)
 
 
-def _compare_setting(inspection: Inspection, summary: Mapping[str, Any]) -> list[Comparison]:
-    known = inspection.properties
+def _compare_summary(
+    inspection: Inspection, reference: Mapping[str, Any], summary: Mapping[str, Any]
+) -> list[Comparison]:
     at_once = any(jump.epoch == 1 for jump in inspection.jumps)  # summary.json then has the target from before
-    rows = [_equal(SUMMARY_JSON, what, known[what], summary[what]) for what in ("protocol", "seed") if what in known]
-    places = ("cells",) if at_once else ("cells", "target")
-    rows += [_equal(SUMMARY_JSON, what, tuple(known[what]), tuple(summary[what])) for what in places]
-    rows.append(_close(SUMMARY_JSON, "ceiling, hits per 1000", known[_CEILING], summary[_CEILING]))
+    rows = _compare_settings(
+        SUMMARY_JSON, reference, {what: summary[what] for what in summary if not (at_once and what == "target")}
+    )
     for epoch, own in zip(inspection.epochs, summary["epochs"], strict=False):
-        rows.append(_close(SUMMARY_JSON, f"epoch {epoch.epoch}, ceiling", epoch.ceiling_hits_per_1000, own[_CEILING]))
-    return rows
+        rows.append(_row(SUMMARY_JSON, f"epoch {epoch.epoch}, ceiling", epoch.ceiling_hits_per_1000, own[_CEILING]))
+    return rows + _compare_counts(SUMMARY_JSON, reference, summary)
 
 
 def _compare_counts(file: str, reference: Mapping[str, Any], run: Mapping[str, Any]) -> list[Comparison]:
     expected, moves = reference["transitions"], run["transitions"]
     rows = _compare_epochs(file, reference["epochs"], run["epochs"])
-    rows += [_equal(file, f"moves {what}", expected[what], moves[what]) for what in expected]
+    rows += [_row(file, f"moves {what}", expected[what], moves[what]) for what in expected]
     error = "max_position_error_m"
-    rows.append(_equal(file, "largest position error, m", reference[error], run[error]))
-    rows.append(_close(file, "simulated time, s", reference["simulated_s"], run["simulated_s"], _TIME_TOLERANCE_S))
+    rows.append(_row(file, "largest position error, m", reference[error], run[error]))
+    rows.append(_row(file, "simulated time, s", reference["simulated_s"], run["simulated_s"], _TIME_TOLERANCE_S))
     return rows
 
 
@@ -158,7 +153,7 @@ def _compare_brain(inspection: Inspection, brain: Snapshot) -> list[Comparison]:
     for number, name in enumerate(PROJECTION_NAMES if brain.weights is not None and inspection.last_weights else ()):
         assert brain.weights is not None
         recorded, run = inspection.last_weights[name], float(brain.weights[number].mean(dtype=float))
-        rows.append(_close(BRAIN_NPZ, f"last mean weight {name}", recorded, run, _MEAN_TOLERANCE))
+        rows.append(_row(BRAIN_NPZ, f"last mean weight {name}", recorded, run, _MEAN_TOLERANCE))
     rows.append(_same_array("last weight matrices", inspection.weights, brain.weights))
     rows.append(_same_array("last action probabilities", inspection.probabilities, brain.probabilities))
     return rows
