@@ -15,6 +15,7 @@ from .config import PlasticityConfig as PlasticityConfig
 from .config import RunConfig as RunConfig
 from .config import TaskConfig as TaskConfig
 from .disturbances import DisturbanceConfig as DisturbanceConfig
+from .disturbances import with_sets as with_sets
 from .engine.build import build_task as build_task
 from .engine.build import simulate as simulate
 from .engine.resume import resume as resume

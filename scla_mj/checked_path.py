@@ -21,7 +21,10 @@ def checked_path(path: str | os.PathLike[str], name: str) -> Path:
     Raises:
         SclaError: it is empty, odd, too long, in nobody's home folder, below a file, or cannot be looked at.
     """
-    text = os.fspath(path)
+    try:
+        text = os.fsdecode(path)
+    except TypeError as error:
+        raise SclaError(f"{name} is {path!r}: it must be the path of a folder") from error
     if not text.strip():
         raise SclaError(f"{name} is empty: name a folder")
     odd = [_NO_NAME[kind] for kind in map(unicodedata.category, text) if kind in _NO_NAME]

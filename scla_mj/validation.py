@@ -28,6 +28,8 @@ _WANTED: Final = {
 }
 """What to say, by the first word of pydantic's error type."""
 _LONGEST_SHOWN: Final = 40
+_LONGEST_NAME: Final = 4200
+"""A path of the longest that a system allows, and the keys in its file."""
 
 
 class Section:
@@ -52,17 +54,28 @@ def validated(kind: type[Checked], content: Any, *, spell: Spell, complete: bool
     """
     from pydantic import ValidationError
 
+    name = _in_one_line(spell)
     try:
         text = json.dumps(content, default=_plain)
     except (TypeError, ValueError) as error:
-        raise SclaError(_unspeakable(content, spell) or f"{spell(())} holds what is not a setting: {error}") from error
+        raise SclaError(_unspeakable(content, name) or f"{name(())} holds what is not a setting") from error
     try:
         checked: Checked = _adapter(kind).validate_json(text)  # type: ignore[arg-type]
     except ValidationError as error:
-        raise SclaError(_sentence(kind, error.errors(include_url=False)[0], spell)) from None
+        raise SclaError(_sentence(kind, error.errors(include_url=False)[0], name)) from None
     if complete:
-        _require_all(kind, content, (), spell)
+        _require_all(kind, content, (), name)
     return checked
+
+
+def _in_one_line(spell: Spell) -> Spell:
+    """Return a `spell` whose names fit into a sentence, whatever somebody has chosen for a key."""
+
+    def spelt(path: tuple[str | int, ...]) -> str:
+        name = "".join(char if char.isprintable() else "?" for char in spell(path))
+        return name if len(name) <= _LONGEST_NAME else name[:_LONGEST_NAME] + "..."
+
+    return spelt
 
 
 @functools.cache

@@ -6,7 +6,7 @@ import typing
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from scla_mj.checked import CheckedConfig, check
@@ -96,7 +96,9 @@ def test_a_value_of_the_wrong_kind_is_refused_by_the_settings_name_and_no_other_
 @given(st.sampled_from(sorted(PATHS)), st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text()
        | st.binary(), lambda inner: st.lists(inner) | st.tuples(inner, inner) | st.dictionaries(st.text(), inner),
        max_leaves=4))  # fmt: skip
-@settings(max_examples=300, deadline=None)
+@example("brain_settings".replace("_", "-"), {"a\nb": b""})
+@example("automaton.bump-penalty", {"\n" * 9: {}})
+@settings(max_examples=300, deadline=None, derandomize=True)
 def test_whatever_stands_in_a_setting_is_taken_as_it_is_or_refused_with_a_sentence(option, value):
     try:
         checked = check(with_value(option, value))

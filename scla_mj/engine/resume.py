@@ -18,7 +18,7 @@ from scla_mj.runs.atomic import remove, remove_scratch
 from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
 from scla_mj.runs.decisions import take_back
 from scla_mj.runs.seal import broken_files
-from scla_mj.runs.summary import read_summary
+from scla_mj.runs.summary import is_complete
 from scla_mj.telemetry.growth import check_parts
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def resume(
         SclaError: there is no run, `brain` is not its brain or is wanted, it is complete or running, its files are
             damaged, its brain has no state, or other versions of the packages are installed than it began with.
     """
-    run = folder.open_run(Path(path))
+    run = folder.open_run(path)
     _refuse_unnamed_brain(run, brain)
     with running(run.path):
         _refuse_broken(run)
@@ -89,13 +89,8 @@ def _refuse_broken(run: Run) -> None:
 
 
 def _refuse_complete(run: Run) -> None:
-    """A run is complete when all its decisions are summed up, its brain is written, and its checkpoint is gone."""
-    if run.file(paths.CHECKPOINT_NPZ).exists() or not run.file(paths.BRAIN_NPZ).exists():
-        return
-    if run.file(paths.SUMMARY_JSON).exists():
-        summary = read_summary(run.path)
-        if sum(epoch.decisions for epoch in summary.epochs) >= run.config.epochs * run.config.decisions:
-            raise SclaError(f"{run.path} is complete: there is nothing to resume")
+    if is_complete(run.path, run.config):
+        raise SclaError(f"{run.path} is complete: there is nothing to resume")
 
 
 def _refuse_other_versions(run: Run) -> None:

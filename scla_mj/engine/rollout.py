@@ -34,7 +34,7 @@ def rollout(
         SclaError: the configuration cannot be run, or the folder holds a run already or cannot be written.
     """
     simulation = simulate(config)
-    run = folder.create(Path(path), simulation.config.config)
+    run = folder.create(path, simulation.config.config)
     session = None
     try:
         with running(run.path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import shlex
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,8 +15,9 @@ from scla_mj.runs.brain import read_brain, read_weight_history
 from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.folder import open_run
-from scla_mj.runs.summary import Summary, read_summary
+from scla_mj.runs.summary import Summary, is_complete, read_summary
 from scla_mj.signals import Snapshot, WeightCurve
+from scla_mj.validation import shown
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -37,8 +39,8 @@ class StoredRun:
     """
 
     def __init__(self, path: Path | str) -> None:
-        run = open_run(Path(path))
-        self.path, self.config, self._run = run.path, run.config, run
+        run = open_run(path)
+        self.path, self.config = run.path, run.config
         self.run_id, self.versions = run.run_id, run.versions
 
     def __repr__(self) -> str:
@@ -53,7 +55,7 @@ class StoredRun:
     @property
     def is_complete(self) -> bool:
         """Whether every decision was made and the run's end was written; `scla_mj.resume` finishes one that is not."""
-        return self._has(paths.SUMMARY_JSON) and self._has(paths.BRAIN_NPZ) and not self._has(paths.CHECKPOINT_NPZ)
+        return is_complete(self.path, self.config)
 
     @property
     def lacks(self) -> tuple[str, ...]:
@@ -152,14 +154,18 @@ class StoredRun:
 
     def _recorded(self) -> list[Path]:
         if not self._recordings:
+            if self.config.telemetry != "off":
+                raise SclaError(f"{self.path / paths.RECORDING_RRD} is missing: fetch a sound copy of the run")
             raise SclaError(
-                f"{self.path} has no recording (--telemetry {self.config.telemetry}): "
+                f"{self.path} has no recording (--telemetry off): "
                 "run the same configuration with telemetry light or full"
             )
         return self._recordings
 
     def _number(self, decision: int) -> int:
         last = self.config.epochs * self.config.decisions
+        if isinstance(decision, bool) or not isinstance(decision, Integral):
+            raise SclaError(f"the decision is {shown(decision)}: it must be a whole number, 1 to {last}")
         if not 1 <= decision <= last:
             raise SclaError(f"decision {decision} is not in the run: choose 1 to {last}, counted over all epochs")
         return int(decision)

@@ -98,8 +98,11 @@ class Task:
         Without `observe` the move's trajectory is left empty: copies take time.
 
         Raises:
-            SclaError: MuJoCo warned or reset itself, so that nothing it computed is to be trusted.
+            SclaError: `action` is not an `Action`; or MuJoCo warned or reset itself, so that what it computed
+                cannot be trusted.
         """
+        if not isinstance(action, Action):
+            raise SclaError(f"the action is {action!r}: it must be an Action, such as Action.UP")
         before, localised, started_s = self.percept, self._localised, self.time_s
         executed = self._noise.execute(action)
         move = self._driver.drive(executed, before.cell, standing=self._decision_window, observe=observe)

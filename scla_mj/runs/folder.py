@@ -77,7 +77,7 @@ def is_run_file(name: str) -> bool:
     return name in RUN_FILES or paths.part_number(name) is not None
 
 
-def create(path: Path, config: RunConfig) -> Run:
+def create(path: Path | str, config: RunConfig) -> Run:
     """Make the folder, parents too, and write `config.json` into it.
 
     Raises:
@@ -112,7 +112,7 @@ def discard(run: Run) -> None:
             run.path.rmdir()
 
 
-def open_run(path: Path) -> Run:
+def open_run(path: Path | str) -> Run:
     """Return the run that a folder holds, its configuration checked like one from the command line.
 
     Raises:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from scla_mj.config import RunConfig
 from scla_mj.grid import StartProtocol
-from scla_mj.paths import SUMMARY_JSON
+from scla_mj.paths import BRAIN_NPZ, CHECKPOINT_NPZ, SUMMARY_JSON
 from scla_mj.runs.atomic import read_json, spelling, write_json
 from scla_mj.validation import Section, validated
 
@@ -88,6 +89,17 @@ def epoch_summary(
         ceiling_hits_per_1000=ceiling_hits_per_1000,
         mean_weights=mean_weights,
     )
+
+
+def is_complete(folder: Path, config: RunConfig) -> bool:
+    """Tell whether a run's decisions are all summed up, its brain is written, and its checkpoint is gone.
+
+    Raises:
+        SclaError: its summary is damaged.
+    """
+    if (folder / CHECKPOINT_NPZ).exists() or not all((folder / name).exists() for name in (BRAIN_NPZ, SUMMARY_JSON)):
+        return False
+    return sum(epoch.decisions for epoch in read_summary(folder).epochs) >= config.epochs * config.decisions
 
 
 def write_summary(folder: Path, summary: Summary) -> None:

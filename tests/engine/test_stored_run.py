@@ -112,3 +112,23 @@ def test_a_decision_that_the_run_does_not_have_is_refused(folder, decision):
 def test_what_is_no_run_is_refused(tmp_path):
     with pytest.raises(SclaError, match="not a run folder"):
         scla_mj.load_run(tmp_path / "absent")
+
+
+@pytest.mark.parametrize("decision", ["5", None, 1.5, True])
+def test_what_is_not_a_number_of_a_decision_is_refused(folder, decision):
+    with pytest.raises(SclaError, match="it must be a whole number, 1 to 40"):
+        scla_mj.load_run(folder).trajectory(decision)
+
+
+@pytest.mark.parametrize("call", [scla_mj.load_run, scla_mj.resume, lambda path: scla_mj.rollout(CONFIG, path)])
+def test_what_is_not_a_path_is_refused(call):
+    with pytest.raises(SclaError, match="RUN is None: it must be the path of a folder"):
+        call(None)
+
+
+def test_a_stopped_run_whose_brain_has_no_state_is_not_complete(tmp_path):
+    path = stopped(dataclasses.replace(QUICK, brain="random"), tmp_path / "run", 25)
+    (path / CHECKPOINT_NPZ).unlink()  # a brain without state() leaves none
+    run = scla_mj.load_run(path)
+    assert not run.is_complete and run.summary.epochs
+    assert "unfinished" in repr(run)

@@ -6,6 +6,7 @@ import pytest
 from scla_mj.config import RunConfig, TaskConfig
 from scla_mj.disturbances import DisturbanceConfig, with_sets
 from scla_mj.engine.build import build_task, simulate
+from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.signals import Outcome
 
@@ -70,6 +71,12 @@ def test_a_task_continues_from_its_state_to_the_bit():
     assert drive(again, actions(6, seed=1)) == before
     again.restore(state)
     assert drive(again, actions(10, seed=2)) == after
+
+
+@pytest.mark.parametrize("action", [7, 0, "up", None, 1.0])
+def test_what_is_not_an_action_is_refused(action):
+    with pytest.raises(SclaError, match="it must be an Action, such as"):
+        build_task(RunConfig()).act(action)
 
 
 def test_a_hit_respawns_the_robot_and_a_wall_sends_it_back():
