@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from scla_mj.config import ClockConfig
@@ -38,15 +37,13 @@ class Clock:
 
 
 def resolve_clock(config: ClockConfig) -> Clock:
-    """Check that every period is an integer multiple of what it is made of, and return the counts.
+    """Check that every period, each in its range, is an integer multiple of what it is made of; return the counts.
 
     Raises:
-        SclaError: a period is not positive, or not an integer multiple of the base step, or the control period is not
+        SclaError: a period is not an integer multiple of the base step, or the control period is not
             one of the neural and physics steps, or the thinking window is not one of the control period.
     """
     base, control = config.base_step_ms, config.control_period_ms
-    if not 0 < base < math.inf:
-        raise SclaError(f"{_BASE} is {base}: it must be above 0 and finite")
     for option, period_ms in (
         (_NEURAL, config.neural_step_ms),
         (_PHYSICS, config.physics_step_ms),
@@ -66,8 +63,6 @@ def resolve_clock(config: ClockConfig) -> Clock:
 
 def _multiple(option: str, period_ms: float, of_option: str, of_ms: float) -> int:
     ratio = period_ms / of_ms
-    if not 0 < ratio < math.inf:
-        raise SclaError(f"{option} is {period_ms}: it must be above 0 and finite")
     count = round(ratio)
     if count < 1 or abs(ratio - count) > _TOLERANCE * max(count, 1):
         raise SclaError(

@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scla_mj.checked import check
 from scla_mj.clock import resolve_clock
-from scla_mj.config import ClockConfig
+from scla_mj.config import ClockConfig, RunConfig
 from scla_mj.errors import SclaError
 
 
@@ -47,9 +48,9 @@ def test_a_period_between_two_base_steps_is_refused_and_a_possible_one_named(nam
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"base_step_ms": 0.0}, "--clock.base-step-ms is 0.0: it must be above 0"),
-        ({"base_step_ms": -1.0}, "must be above 0"),
-        ({"base_step_ms": float("nan")}, "must be above 0"),
+        ({"base_step_ms": 0.0}, "--clock.base-step-ms is 0.0: it must be 1e-06 to 100"),
+        ({"base_step_ms": -1.0}, "must be 1e-06 to 100"),
+        ({"base_step_ms": float("nan")}, "must be a finite number"),
         ({"neural_step_ms": 0.0}, "--clock.neural-step-ms"),
         ({"physics_step_ms": -10.0}, "--clock.physics-step-ms"),
         ({"physics_step_ms": float("nan")}, "--clock.physics-step-ms"),
@@ -58,7 +59,10 @@ def test_a_period_between_two_base_steps_is_refused_and_a_possible_one_named(nam
             {"physics_step_ms": 4.0},
             "control-period-ms 10 is not an integer multiple of --clock.physics-step-ms 4: choose 8",
         ),
-        ({"neural_step_ms": 3.0}, "control-period-ms 10 is not an integer multiple of --clock.neural-step-ms 3"),
+        (
+            {"base_step_ms": 0.1, "neural_step_ms": 0.3},
+            r"control-period-ms 10 is not an integer multiple of --clock.neural-step-ms 0\.3",
+        ),
         (
             {"thinking_window_ms": 55.0},
             "thinking-window-ms 55 is not an integer multiple of --clock.control-period-ms 10",
@@ -67,5 +71,5 @@ def test_a_period_between_two_base_steps_is_refused_and_a_possible_one_named(nam
 )
 def test_periods_that_do_not_divide_are_refused_in_one_sentence(changes, said):
     with pytest.raises(SclaError, match=said) as caught:
-        resolve_clock(dataclasses.replace(ClockConfig(), **changes))
+        check(RunConfig(clock=dataclasses.replace(ClockConfig(), **changes)))
     assert "\n" not in str(caught.value)

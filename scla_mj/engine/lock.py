@@ -10,6 +10,7 @@ from filelock import FileLock, Timeout
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import LOCK
+from scla_mj.runs.atomic import writing
 
 
 @contextlib.contextmanager
@@ -19,10 +20,8 @@ def exclusive(out: Path) -> Iterator[None]:
     Raises:
         SclaError: another process holds it, or it cannot be written to.
     """
-    try:
+    with writing(out, folder="OUT"):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise _cannot_write(out, error, "OUT") from error
     with _held(out, "OUT", "is in use by another reproduce: wait for its end or choose another OUT"):
         yield
 
@@ -52,13 +51,10 @@ def _held(folder: Path, what: str, refusal: str) -> Iterator[None]:
     except NotImplementedError:
         yield  # a file system without locks: better to run unguarded than not at all
         return
-    except OSError as error:
-        raise _cannot_write(folder, error, what) from error
+    except OSError:
+        with writing(folder, folder=what):
+            raise
     try:
         yield
     finally:
         lock.release()
-
-
-def _cannot_write(folder: Path, error: OSError, what: str) -> SclaError:
-    return SclaError(f"cannot write into {folder}: {error.strerror or error}; choose another {what}")

@@ -65,8 +65,10 @@ def remove(*paths: Path) -> None:
 
 
 @contextmanager
-def writing(path: Path, *, refusal: str = "") -> Iterator[None]:
+def writing(path: Path, *, folder: str = "RUN", refusal: str = "") -> Iterator[None]:
     """Turn what the system raises in this block into the one sentence for a file that cannot be written.
+
+    `folder` is what the command line calls the folder that the user chose, RUN or OUT.
 
     Raises:
         SclaError: the folder cannot be written to, or the disk is full; `refusal` where `path` may not exist but does.
@@ -77,7 +79,7 @@ def writing(path: Path, *, refusal: str = "") -> Iterator[None]:
         if refusal and isinstance(error, FileExistsError):
             raise SclaError(refusal) from error
         reason = os.strerror(error.errno) if error.errno else error  # a library may put more than one line into its own
-        raise SclaError(f"cannot write {path}: {reason}; {remedy(error, folder='RUN')}") from error
+        raise SclaError(f"cannot write {path}: {reason}; {remedy(error, folder=folder)}") from error
 
 
 @contextmanager

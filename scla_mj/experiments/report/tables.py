@@ -11,8 +11,8 @@ from typing import Final, NamedTuple
 
 from matplotlib.figure import Figure as Chart
 
-from scla_mj.errors import SclaError, remedy
 from scla_mj.experiments import statistics
+from scla_mj.runs.atomic import writing
 
 CSV: Final = "csv"
 FIGURES: Final = "figures"
@@ -118,13 +118,10 @@ def write_csv(path: Path, table: Table) -> None:
     heading: list[str] = []
     for name, split in zip(table.columns, wide, strict=True):
         heading += [f"{name} low", f"{name} high"] if split else [name]
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(heading)
-            writer.writerows(_flat(row, wide) for row in table.rows)
-    except OSError as error:
-        raise SclaError(f"cannot write {path}: {error.strerror or error}; {remedy(error, folder='OUT')}") from error
+    with writing(path, folder="OUT"), path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(heading)
+        writer.writerows(_flat(row, wide) for row in table.rows)
 
 
 def _flat(row: Row, wide: Sequence[bool]) -> list[str]:
