@@ -95,10 +95,15 @@ def own_settings(brain: type[Brain], config: RunConfig) -> Any:
         return None
     if not (isinstance(kind, type) and dataclasses.is_dataclass(kind)):
         raise SclaError(f"--brain {config.brain}: its Settings must be a dataclass")
+    for field in dataclasses.fields(kind):
+        if field.default is field.default_factory is dataclasses.MISSING:
+            raise SclaError(f"--brain {config.brain}: its setting {field.name} must have a default")
     return validated(kind, config.brain_settings, spell=lambda path: f"--brain.{option_of(*path)}")
 
 
 def _refuse_unread(brain: type[Brain], config: RunConfig) -> None:
+    if isinstance(brain.reads, str):
+        raise SclaError(f"--brain {config.brain}: its reads must be a tuple, such as ({brain.reads!r},)")
     reads, values, defaults = brain.reads, flatten(config), flatten(RunConfig())
     for option, value in values.items():
         if option.startswith(_OF_BRAINS) and value != defaults[option] and not option.startswith(tuple(reads)):
