@@ -56,6 +56,7 @@ class CheckedConfig:
         self.clock: Final[Clock] = resolve_clock(self.config.clock)
         _check_weights(self.config)
         _check_ranges(self.config)
+        _check_epochs(self.config)
         _check_read(self.config)
         self._first = _grid(self.config, self.config.grid.target)
         self._later = self._after_jump()
@@ -63,6 +64,10 @@ class CheckedConfig:
     def has_jumped(self, epoch: int) -> bool:
         """Return whether the target is elsewhere in that epoch than in the first; epochs count from 1."""
         return 0 < self.config.task.jump_epoch <= epoch
+
+    def has_crossed(self, epoch: int) -> bool:
+        """Return whether every move goes the opposite way in that epoch."""
+        return 0 < self.config.task.crossed_epoch <= epoch
 
     def grid(self, epoch: int = 1) -> Grid:
         """Return the arena's cells, with the target where it is in that epoch."""
@@ -84,11 +89,6 @@ class CheckedConfig:
         task = self.config.task
         if not task.jump_epoch:
             return self._first
-        if task.jump_epoch > self.config.epochs:
-            raise SclaError(
-                f"--task.jump-epoch is {task.jump_epoch}: the run ends after {self.config.epochs} epochs; "
-                "choose one of them"
-            )
         if task.jump_target == self.config.grid.target:
             raise SclaError("--task.jump-target is --target: choose another cell, or leave out --task.jump-epoch")
         try:
@@ -144,6 +144,15 @@ def _check_ranges(config: RunConfig) -> None:
         if ends[0] > ends[1]:
             raise SclaError(
                 f"{option(('disturbance', name))} is {shown(ends)}: a range wants its lower end first, swap them"
+            )
+
+
+def _check_epochs(config: RunConfig) -> None:
+    for name in ("jump_epoch", "crossed_epoch"):
+        epoch = getattr(config.task, name)
+        if epoch > config.epochs:
+            raise SclaError(
+                f"{option(('task', name))} is {epoch}: the run ends after {config.epochs} epochs; choose one of them"
             )
 
 

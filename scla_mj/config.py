@@ -67,6 +67,9 @@ class TaskConfig(Section):
     """From this epoch on the target is elsewhere; 0 for never. The brain is not informed."""
     jump_target: tuple[int, int] = (1, 5)
     """Where the target jumps to."""
+    crossed_epoch: Annotated[int, Interval(ge=0, le=MOST_COUNT)] = 0
+    """From this epoch on the wheels are crossed: left drives right, up drives down, and the reverse; 0 for never. The
+    brain is not informed."""
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,8 @@ class Move(NamedTuple):
 class Feedback(NamedTuple):
     """What a brain learns from: what it sensed, decided and executed, how that ended, and what it senses now.
 
-    `executed` differs from `action` only with action noise; the robot knows it from wheels and gyro.
+    `executed` differs from `action` only with action noise; the robot knows it from wheels and gyro. Both are in the
+    brain's own directions: with crossed wheels the body goes the opposite way, and only `after` shows it.
     """
 
     before: Percept
@@ -117,8 +118,8 @@ class DecisionRecord(NamedTuple):
     """One decision, whole: everything that a log or a recording may want, and nothing that can be written back.
 
     `epoch` and `decision` count from 1; `time_s` is the run's time when the thinking window opened. `executed` is the
-    direction the body was sent in, `chosen.action` unless action noise replaced it. `localised` is None where the
-    robot knows its pose from the simulator.
+    direction the body was sent in, `chosen.action` unless action noise replaced it or the wheels are crossed.
+    `localised` is None where the robot knows its pose from the simulator.
     """
 
     epoch: int

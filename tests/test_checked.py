@@ -180,6 +180,16 @@ def test_grid_and_ceiling_follow_the_target_over_the_epochs():
     )
 
 
+def test_the_wheels_are_crossed_from_their_epoch_on_and_the_arena_stays_as_it_is():
+    checked = check(RunConfig(epochs=3, task=TaskConfig(crossed_epoch=2)))
+    assert [checked.has_crossed(epoch) for epoch in (1, 2, 3)] == [False, True, True]
+    assert checked.grid(3) is checked.grid() and checked.ceiling_hits_per_1000(3) == pytest.approx(400.0)
+    assert not check(RunConfig()).has_crossed(1)
+    assert "--task.crossed-epoch is 4: the run ends after 3 epochs" in refusal(
+        RunConfig(epochs=3, task=TaskConfig(crossed_epoch=4))
+    )
+
+
 def test_a_checked_configuration_is_checked_once_and_its_clock_is_that_of_its_settings():
     checked = check(RunConfig(clock=ClockConfig(thinking_window_ms=100.0), plasticity=PlasticityConfig()))
     assert check(checked) is checked and isinstance(checked, CheckedConfig)

@@ -48,14 +48,17 @@ class ShortestPathBrain(Brain):
     """Knows the map and follows a shortest path: the ceiling, driven by the robot.
 
     Raises:
-        SclaError: the target jumps, which this brain cannot know.
+        SclaError: the target jumps or the wheels are crossed, which this brain cannot know.
     """
 
     reads = ()
 
     def __init__(self, checked: CheckedConfig) -> None:
-        if checked.config.task.jump_epoch:
+        task = checked.config.task
+        if task.jump_epoch:
             raise SclaError("--brain shortest-path knows one target only: leave out --task.jump-epoch")
+        if task.crossed_epoch:
+            raise SclaError("--brain shortest-path knows its wheels: leave out --task.crossed-epoch")
         self._grid = checked.grid()
 
     def decide(self, percept: Percept) -> Decision:

@@ -126,6 +126,8 @@ def _describe(found: RunInspection) -> list[str]:
             f"brain {config.brain}, {config.protocol}, {columns} x {rows} cells, target {config.grid.target}, "
             f"seed {config.seed}, telemetry {config.telemetry}"
         )
+        if config.task.crossed_epoch:
+            lines.append(f"the wheels are crossed from epoch {config.task.crossed_epoch} on")
     if found.epochs:
         lines.append("hits per epoch: " + " ".join(str(epoch.hits) for epoch in found.epochs))
     lines.append(_SEALED if found.sealed else _UNSEALED)

@@ -94,4 +94,5 @@ def build_task(
         localiser=localiser,
         streams=streams,
         sensors=sensors or {},
+        crossed=checked.has_crossed(1),
     )

@@ -58,8 +58,10 @@ class Experiment:
             raise SclaError(f"{self.name} names a seed twice: {', '.join(map(str, self.seeds))}")
 
     def at_scale(self, seeds: tuple[int, ...], epochs: int, decisions: int) -> Experiment:
-        """Return the same experiment with other seeds, epochs and decisions per epoch; a jump comes by its end."""
-        task = dataclasses.replace(self.config.task, jump_epoch=min(self.config.task.jump_epoch, epochs))
+        """Return the same experiment at another scale; what changes during a run, such as a jump, comes by its end."""
+        task = self.config.task
+        changes = {name: min(getattr(task, name), epochs) for name in ("jump_epoch", "crossed_epoch")}
+        task = dataclasses.replace(task, **changes)
         config = dataclasses.replace(self.config, epochs=epochs, decisions=decisions, task=task)
         return dataclasses.replace(self, config=config, seeds=seeds)
 

@@ -66,6 +66,8 @@ class Simulation:
         epoch, decision = epoch + 1, decision + 1
         if decision == 1 and epoch == self.config.config.task.jump_epoch:
             self.task.move_target(self.config.grid(epoch))  # the brain is not informed
+        if decision == 1 and epoch == self.config.config.task.crossed_epoch:
+            self.task.crossed = True
         percept = self.task.percept
         chosen = self.brain.decide(percept)
         came = self.task.act(chosen.action, observe=observe)
@@ -75,7 +77,7 @@ class Simulation:
         activity = self.brain.activity() if observe else None
         self.decisions += 1
         self.record = DecisionRecord(
-            epoch, decision, came.started_s, percept, chosen, feedback.executed, move, feedback.hit, activity,
+            epoch, decision, came.started_s, percept, chosen, came.driven, move, feedback.hit, activity,
             came.localised,
         )  # fmt: skip
         return self.record

@@ -28,13 +28,15 @@ class Step(NamedTuple):
     """What came of one action.
 
     `feedback` is what a brain may learn from; `move` is the truth about the body; `started_s` is the run's time when
-    the decision window opened; `localised` says how wrong the robot was about its place then.
+    the decision window opened; `localised` says how wrong the robot was about its place then. `driven` is the direction
+    that the body was sent in: `feedback.executed`, or with crossed wheels its opposite.
     """
 
     feedback: Feedback
     move: Move
     started_s: float
     localised: Localised | None
+    driven: Action
 
 
 class Task:
@@ -46,6 +48,11 @@ class Task:
         decision_window: control periods for which the robot stands before each move, while a brain thinks.
         streams: the generators of all that is drawn here, by consumer; `reseed` sets them anew.
         sensors: what else is read from the world for every percept, by name.
+        crossed: whether the wheels are crossed from the start.
+
+    Attributes:
+        crossed: left drives right, up drives down, and the reverse; what a brain is told is in its own directions. Can
+            be assigned between two actions.
     """
 
     def __init__(
@@ -61,7 +68,9 @@ class Task:
         localiser: Localiser,
         streams: Mapping[Consumer, np.random.Generator],
         sensors: Mapping[str, Callable[[World], Any]],
+        crossed: bool = False,
     ) -> None:
+        self.crossed = crossed
         self.world = world
         self.grid = grid
         self._decision_window = decision_window
@@ -105,13 +114,14 @@ class Task:
             raise SclaError(f"the action is {action!r}: it must be an Action, such as Action.UP")
         before, localised, started_s = self.percept, self._localised, self.time_s
         executed = self._noise.execute(action)
-        move = self._driver.drive(executed, before.cell, standing=self._decision_window, observe=observe)
+        driven = executed.opposite if self.crossed else executed
+        move = self._driver.drive(driven, before.cell, standing=self._decision_window, observe=observe)
         hit = not move.fallen and move.after == self.grid.target
         move = self._given_up(move, hit)
         after = self._percept = self._sense_after(move, before)
         if hit or move.fallen:
             self.respawn()
-        return Step(Feedback(before, action, executed, move.outcome, after, hit), move, started_s, localised)
+        return Step(Feedback(before, action, executed, move.outcome, after, hit), move, started_s, localised, driven)
 
     def move_target(self, grid: Grid) -> None:
         """Put the target where `grid` has it; a robot that stands there respawns."""
@@ -139,7 +149,7 @@ class Task:
         return self._percept
 
     def reseed(self, seed: int) -> Percept:
-        """Start again at time 0 with a new seed: bit-identical to a fresh task of that seed and this target.
+        """Start again at time 0 with a new seed: bit-identical to a fresh task of that seed, target and wheels.
 
         Returns:
             What the robot senses in its first start cell.
@@ -160,6 +170,7 @@ class Task:
             "localiser": self._localiser.state(),
             "spawn": self._spawn.bit_generator.state,
             "failures": self._failures,
+            "crossed": self.crossed,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -170,7 +181,7 @@ class Task:
         self._noise.restore(state["noise"])
         self._localiser.restore(state["localiser"])
         self._spawn.bit_generator.state = state["spawn"]
-        self._failures, self._percept = state["failures"], None
+        self._failures, self.crossed, self._percept = state["failures"], state["crossed"], None
 
     def _sense(self, cell: Cell | None = None) -> Percept:
         """Return what the robot senses, which stands in `cell` if that is known."""

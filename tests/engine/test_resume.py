@@ -25,7 +25,7 @@ HARD = dataclasses.replace(
     QUICK,
     epochs=3,
     telemetry="full",
-    task=TaskConfig(action_noise=0.2, jump_epoch=2),
+    task=TaskConfig(action_noise=0.2, jump_epoch=2, crossed_epoch=3),
     network=NetworkConfig(precision="float64"),
     plasticity=PlasticityConfig(dopamine_delay_s=1.7),
 )

@@ -9,6 +9,7 @@ from scla_mj.anatomy import PROJECTIONS
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.checked import check
 from scla_mj.config import GridConfig, RunConfig, TaskConfig
+from scla_mj.engine.inspection import inspect_run
 from scla_mj.engine.rollout import rollout
 from scla_mj.grid import Action, Cell
 from scla_mj.runs.brain import read_brain
@@ -89,6 +90,20 @@ def test_a_jumping_target_is_hit_in_its_new_place_and_judged_by_its_new_ceiling(
     assert {(r["to_x"], r["to_y"]) for r in rows if r["hit"] and r["epoch"] == 1} == {(3, 3)}
     assert {(r["to_x"], r["to_y"]) for r in rows if r["hit"] and r["epoch"] > 1} == {(1, 5)}
     assert [epoch.ceiling_hits_per_1000 for epoch in summary.epochs] == pytest.approx([400, 240, 240])
+
+
+def test_wheels_that_are_crossed_from_an_epoch_on_are_recorded_as_they_were_driven(tmp_path):
+    """The shortest way with wheels as they are is the longest with crossed ones."""
+    config = dataclasses.replace(QUICK, protocol="sensed-start", brain="automaton", epochs=3, decisions=40)
+    run(dataclasses.replace(config, task=TaskConfig(crossed_epoch=2)), tmp_path / "run")
+    rows = read_decisions(tmp_path / "run").to_pylist()
+    grid = check(config).grid()
+    for row in rows:
+        action, executed = (Action[row[name].upper()] for name in ("action", "executed"))
+        assert executed == (action if row["epoch"] == 1 else action.opposite)
+        assert (row["to_x"], row["to_y"]) == grid.after(Cell(row["x"], row["y"]), executed)
+    assert any(row["hit"] for row in rows if row["epoch"] == 3)
+    assert inspect_run(tmp_path / "run").verdict == "sound"
 
 
 def test_direction_noise_sends_the_body_elsewhere_as_often_as_it_says(tmp_path):

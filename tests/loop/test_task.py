@@ -1,5 +1,7 @@
 """The robot without a brain: its actions are a rollout's, and a seed decides everything."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,48 @@ def test_a_task_continues_from_its_state_to_the_bit():
 def test_what_is_not_an_action_is_refused(action):
     with pytest.raises(SclaError, match="it must be an Action, such as"):
         build_task(RunConfig()).act(action)
+
+
+@pytest.mark.parametrize("localisation", ["truth", "sensors"])
+@pytest.mark.parametrize("disturbed", [False, True])
+def test_crossed_wheels_drive_the_body_the_other_way_and_the_brain_hears_of_its_own_action_only(
+    localisation, disturbed
+):
+    disturbance = with_sets(DisturbanceConfig(), ["all"] if disturbed else [])
+    task = build_task(
+        RunConfig(seed=4, localisation=localisation, disturbance=disturbance, task=TaskConfig(crossed_epoch=1))
+    )
+    ended = []
+    for action in actions(40):
+        start = task.percept.cell
+        step = task.act(action, observe=False)
+        assert (step.feedback.action, step.feedback.executed, step.driven) == (action, action, action.opposite)
+        ended.append(step.feedback.outcome)
+        if ended[-1] is Outcome.FAILED:
+            continue
+        opposite = task.grid.after(start, action.opposite)
+        assert step.move.after == opposite and step.feedback.hit == (opposite == task.grid.target)
+        assert (ended[-1] is Outcome.BLOCKED) == (opposite == start)
+        assert step.feedback.after.sensed == task.grid.sensed_from(opposite)
+    assert {Outcome.MOVED, Outcome.BLOCKED} <= set(ended) and ended.count(Outcome.FAILED) <= 6
+
+
+@pytest.mark.parametrize("localisation", ["truth", "sensors"])
+def test_what_crossed_wheels_do_is_what_the_opposite_actions_do_to_the_bit_also_after_a_state(localisation):
+    config = dataclasses.replace(everything(seed=6, localisation=localisation), task=TaskConfig())
+    straight, crossed = build_task(config), build_task(dataclasses.replace(config, task=TaskConfig(crossed_epoch=1)))
+
+    def same(moves):
+        for action in moves:
+            one, other = straight.act(action.opposite), crossed.act(action)
+            assert one.move.trajectory.tobytes() == other.move.trajectory.tobytes() and one.driven == other.driven
+            assert one.feedback.after == other.feedback.after and one.feedback.hit == other.feedback.hit
+
+    same(actions(15))
+    straight.restore(crossed.state())
+    assert straight.crossed
+    straight.crossed = False
+    same(actions(5))
 
 
 def test_a_hit_respawns_the_robot_and_a_wall_sends_it_back():

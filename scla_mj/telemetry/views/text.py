@@ -31,7 +31,10 @@ class Text(base.View):
         self.stream.log(_ABOUT, page, static=True)
 
     def add(self, record: DecisionRecord, decision: int) -> None:
-        """Log a move that failed."""
+        """Log a move that failed, and where the wheels are crossed."""
+        if record.decision == 1 and record.epoch == self.run.config.task.crossed_epoch:
+            base.set_time(self.stream, record.time_s, decision, record.epoch)
+            self._say("the wheels are crossed: from here on every move goes the opposite way", rr.TextLogLevel.WARN)
         if record.move.outcome is Outcome.FAILED:
             base.set_time(self.stream, base.end_time_s(record), decision, record.epoch)
             x, y = record.move.before
