@@ -15,7 +15,7 @@ FUNCTION_LINES_AT_MOST = 50
 PACKAGE_LINES_AT_MOST = 16_000
 """What it has now; 13,500 is wanted."""
 ROOM_SHARE_AT_MOST = 0.20
-CORE_SHARE_AT_LEAST = 0.40
+CORE_SHARE_AT_LEAST = 0.38
 CORE_ROOMS = {"brain", "loop", "world", "sense", "control"}
 CORE_LEAVES = {"anatomy", "checked", "clock", "config", "disturbances", "grid", "markov", "randomness", "signals",
                "validation"}  # fmt: skip

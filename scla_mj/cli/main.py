@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 import sys
 from typing import Final
@@ -30,6 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
     0 done, 2 bad input, 130 interrupted, 141 nobody reads the output any more, 143 terminated.
     """
     collect_rarely()
+    _say_what_the_package_logs()
     if arguments is None:  # this process is the command's own
         _escape_what_cannot_be_printed()
     try:
@@ -66,6 +68,20 @@ def _run(arguments: list[str] | None) -> int:
 def _one_line(sentence: str) -> str:
     """Escape what a user's words may hold: a sentence is one line, and no terminal obeys it."""
     return "".join(mark if mark.isprintable() else mark.encode("unicode_escape").decode() for mark in sentence)
+
+
+class _Saying(logging.Handler):
+    """Prints on the stderr of the moment, above a progress bar if there is one."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        print(f"scla-mj: {_one_line(record.getMessage())}", file=sys.stderr)
+
+
+def _say_what_the_package_logs() -> None:
+    """Print what takes long, and what was put right: from Python it is for the caller's `logging` to show."""
+    log = logging.getLogger("scla_mj")
+    log.handlers = [_Saying()]
+    log.setLevel(logging.INFO)
 
 
 def _escape_what_cannot_be_printed() -> None:
