@@ -52,8 +52,9 @@ class Move(NamedTuple):
 
     `trajectory` has one row per control period (none where nobody observes the move) and the columns of
     `TRAJECTORY_COLUMNS`; `time_s` counts from the run's start. `duration_s` is the drive alone, without the thinking
-    window. `fallen` says that the robot cannot drive on from where it is (it lies, or is lost, or has failed too often
-    in a row) and is put down somewhere else.
+    window; `crossed_s` is the part of it until the axle crossed into the next cell, None for a move without one.
+    `fallen` says that the robot cannot drive on from where it is (it lies, or is lost, or has failed too often in a
+    row) and is put down somewhere else.
     """
 
     outcome: Outcome
@@ -64,13 +65,15 @@ class Move(NamedTuple):
     heading_error_rad: float
     fallen: bool
     trajectory: NDArray[np.float64]
+    crossed_s: float | None = None
 
 
 class Feedback(NamedTuple):
     """What a brain learns from: what it sensed, decided and executed, how that ended, and what it senses now.
 
     `executed` differs from `action` only with action noise; the robot knows it from wheels and gyro. Both are in the
-    brain's own directions: with crossed wheels the body goes the opposite way, and only `after` shows it.
+    brain's own directions: with crossed wheels the body goes the opposite way, and only `after` shows it. `crossed_s`
+    is the time from the start of the drive at which the axle crossed into the next cell, None without a crossing.
     """
 
     before: Percept
@@ -79,6 +82,7 @@ class Feedback(NamedTuple):
     outcome: Outcome
     after: Percept
     hit: bool
+    crossed_s: float | None = None
 
 
 class Activity(NamedTuple):

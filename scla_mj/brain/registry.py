@@ -16,6 +16,7 @@ from typing import Any, Final
 from scla_mj.brain.base import Brain
 from scla_mj.brain.baselines import AutomatonBrain, QLearningBrain, RandomBrain, ShortestPathBrain
 from scla_mj.brain.scla import SclaBrain
+from scla_mj.brain.scla_dopamine import DopamineBrain
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import AutomatonConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
@@ -41,6 +42,7 @@ class NetworkBrain(SclaBrain):
 
 BRAINS: Final[dict[str, type[Brain]]] = {
     "scla": SclaBrain,
+    "scla-dopamine": DopamineBrain,
     "automaton": AutomatonBrain,
     "network": NetworkBrain,
     "random": RandomBrain,

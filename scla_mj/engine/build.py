@@ -39,7 +39,7 @@ def simulate(config: RunConfig | CheckedConfig, *, robot: Robot = ROBOT) -> Simu
     checked = check(config)
     name = checked.config.brain
     # Of the brains only these have a network to compile in the meantime; the plain drive is what is compiled ahead.
-    ahead = CompiledAhead(run_periods) if name in ("scla", "network") else None
+    ahead = CompiledAhead(run_periods) if name in ("scla", "scla-dopamine", "network") else None
     brain = build_brain(checked)
     if name not in BRAINS:
         brain = CheckedBrain(brain, name, cells=checked.config.grid.cells)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scla_mj.clock import Clock
 from scla_mj.config import ControllerConfig
@@ -103,19 +104,22 @@ class Driver:
             self.hold(standing)
             standing = 0
         before = start_cell if self._odometer is None else self._true_cell(start_cell)
+        first_row = self._filled + standing
         blind = self._odometer is None or self._look is None
         longest = self._timeout_periods if blind else self._leg_periods
         periods, status = self._run(goal, longest, standing=standing)
         if self._odometer is not None and self._look is not None and self._standing() is not None:
             periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
         trajectory = self._rows[: self._filled if observe else 0].copy()
+        driven = self._rows[first_row : self._filled]
         self._filled = 0
         duration_s = periods * self._clock.control_period_s
         pose = self._standing()
         if pose is None:
             return Move(Outcome.FAILED, before, before, duration_s, math.nan, math.nan, True, trajectory)
         after, outcome, off_m, off_rad = self._judge(start_cell, beyond, status, pose)
-        return Move(outcome, before, after, duration_s, off_m, off_rad, False, trajectory)
+        crossed_s = self._crossing_s(driven, goal) if outcome is Outcome.MOVED else None
+        return Move(outcome, before, after, duration_s, off_m, off_rad, False, trajectory, crossed_s)
 
     def restart(self) -> None:
         """Start again at time 0."""
@@ -183,6 +187,13 @@ class Driver:
                 return periods, FAULT
             self.careful |= look() > self._gains.reaim_distance_m
         return periods, status
+
+    def _crossing_s(self, rows: NDArray[np.float64], goal: Goal) -> float:
+        """Return when the axle first crossed the border, half-way to the goal's cell, in seconds of these rows."""
+        along_x, along_y = goal.target_x_m - goal.start_x_m, goal.target_y_m - goal.start_y_m
+        border = along_x * (goal.start_x_m + 0.5 * along_x) + along_y * (goal.start_y_m + 0.5 * along_y)
+        beyond = along_x * rows[:, 1] + along_y * rows[:, 2] >= border
+        return float(int(beyond.argmax()) + 1) * self._clock.control_period_s
 
     def _true_cell(self, believed: Cell) -> Cell:
         """Return the cell that the robot stands in, or the believed one where it does not stand."""

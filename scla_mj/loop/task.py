@@ -121,7 +121,8 @@ class Task:
         after = self._percept = self._sense_after(move, before)
         if hit or move.fallen:
             self.respawn()
-        return Step(Feedback(before, action, executed, move.outcome, after, hit), move, started_s, localised, driven)
+        feedback = Feedback(before, action, executed, move.outcome, after, hit, move.crossed_s)
+        return Step(feedback, move, started_s, localised, driven)
 
     def move_target(self, grid: Grid) -> None:
         """Put the target where `grid` has it; a robot that stands there respawns."""
