@@ -10,7 +10,7 @@ from filelock import FileLock, Timeout
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import LOCK
-from scla_mj.runs.atomic import writing
+from scla_mj.runs.atomic import is_still, writing
 
 
 @contextlib.contextmanager
@@ -34,11 +34,13 @@ def running(run: Path) -> Iterator[None]:
         SclaError: another process runs it, or it cannot be written to.
     """
     with _held(run, "RUN", "is in use: another process is running it; wait for its end"):
+        held = (run / LOCK).stat()
         try:
             yield
         finally:
             with contextlib.suppress(OSError):
-                (run / LOCK).unlink(missing_ok=True)
+                if is_still(run / LOCK, held):  # not that of a run which has taken this one's place
+                    (run / LOCK).unlink()
 
 
 @contextlib.contextmanager

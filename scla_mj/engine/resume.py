@@ -52,18 +52,32 @@ def resume(
     run = folder.open_run(path)
     _refuse_unnamed_brain(run, brain)
     with running(run.path):
-        _refuse_broken(run)
-        _refuse_complete(run)
-        _refuse_other_versions(run)
-        session = Session(run, simulate(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
-        if not session.can_save():
-            raise SclaError(
-                f"--brain {run.config.brain} cannot be resumed: give its class state() and restore() "
-                "(docs/own-brain.md), or start a new run"
-            )
+        return finish(run, watch, pictures=pictures, checkpoint_period_s=checkpoint_period_s)
+
+
+def finish(
+    run: Run, watch: Watch | None, *, pictures: bool, checkpoint_period_s: float, restart: bool = False
+) -> Summary:
+    """Carry out a `resume` of an unfinished run whose brain was named and whose folder is `running` for the caller.
+
+    A brain without a state is started again from the run's beginning if `restart` says so.
+
+    Raises:
+        SclaError: as `resume`.
+    """
+    _refuse_broken(run)
+    _refuse_complete(run)
+    _refuse_other_versions(run)
+    session = Session(run, simulate(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
+    if session.can_save():
         _restore(session, run)
-        _take_back(run, session.decisions)
-        return session.carry_out(watch, resumed=True)
+    elif not restart:
+        raise SclaError(
+            f"--brain {run.config.brain} cannot be resumed: give its class state() and restore() "
+            "(docs/own-brain.md), or start a new run"
+        )
+    _take_back(run, session.decisions)
+    return session.carry_out(watch, resumed=True)
 
 
 def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:

@@ -10,9 +10,12 @@ from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
 from scla_mj.engine.build import simulate
 from scla_mj.engine.lock import running
 from scla_mj.engine.session import Session, Watch
+from scla_mj.paths import CONFIG_JSON
 from scla_mj.runs import folder
+from scla_mj.runs.atomic import remove_scratch
 
 if TYPE_CHECKING:
+    from scla_mj.loop.simulation import Simulation
     from scla_mj.runs.summary import Summary
 
 
@@ -31,15 +34,28 @@ def rollout(
     and `resume` continues it. A run that is stopped before its first decision leaves nothing.
 
     Raises:
-        SclaError: the configuration cannot be run, or the folder holds a run already or cannot be written.
+        SclaError: the configuration cannot be run, or the folder holds a run already, is in use or cannot be written.
     """
     simulation = simulate(config)
-    run = folder.create(path, simulation.config.config)
-    session = None
+    with folder.made(path) as place:
+        folder.refuse_run(place)
+        with running(place):
+            return begin(simulation, place, watch, pictures=pictures, checkpoint_period_s=checkpoint_period_s)
+
+
+def begin(
+    simulation: Simulation, place: Path, watch: Watch | None, *, pictures: bool, checkpoint_period_s: float
+) -> Summary:
+    """Carry out a `rollout` in a folder that is `running` for the caller.
+
+    Raises:
+        SclaError: as `rollout`.
+    """
+    run = folder.create(place, simulation.config.config)
+    remove_scratch(run.file(CONFIG_JSON))  # of a process that was killed here before
+    session = Session(run, simulation, pictures=pictures, checkpoint_period_s=checkpoint_period_s)
     try:
-        with running(run.path):
-            session = Session(run, simulation, pictures=pictures, checkpoint_period_s=checkpoint_period_s)
-            return session.carry_out(watch)
+        return session.carry_out(watch)
     finally:
-        if session is not None and not session.decisions:
+        if not session.decisions:
             folder.discard(run)

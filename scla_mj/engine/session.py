@@ -12,7 +12,7 @@ from scla_mj.engine.account import Account
 from scla_mj.engine.interrupts import held_back
 from scla_mj.errors import SclaError
 from scla_mj.markov import hits_per_1000, uniform_policy
-from scla_mj.runs.atomic import remove
+from scla_mj.runs.atomic import is_still, remove
 from scla_mj.runs.brain import write_brain
 from scla_mj.runs.checkpoint import write_checkpoint
 from scla_mj.runs.decisions import DecisionLog
@@ -53,6 +53,7 @@ class Session:
         self._recorder: RerunRecorder | None = None
         self._recorded: dict[str, Any] | None = None
         self._whole = False
+        self._place = run.path.stat()
 
     @property
     def decisions(self) -> int:
@@ -132,6 +133,7 @@ class Session:
 
     def _save(self, log: DecisionLog) -> None:
         """Write a checkpoint, once all that it builds on is safe on the disk; a brain without a state has none."""
+        self._require_place()
         simulation = self._simulation.state()
         if simulation["brain"] is None:
             return
@@ -184,6 +186,7 @@ class Session:
         path, summary = self._run.path, self._account.summary()
         if not summary.epochs:
             return summary
+        self._require_place()
         write_summary(path, summary)
         memory = self._simulation.brain.snapshot()
         write_brain(path, memory, self._account.history.curve())
@@ -193,6 +196,13 @@ class Session:
             remove(self._run.file(paths.CHECKPOINT_NPZ))
         write_seal(path)
         return summary
+
+    def _require_place(self) -> None:
+        """Refuse to write by a path that may be another run's by now."""
+        if not is_still(self._run.path, self._place):
+            raise SclaError(
+                f"{self._run.path} was moved or removed during its run: where it is now, `scla-mj resume` continues it"
+            )
 
     def _draw(self, summary: Summary, memory: Snapshot) -> None:
         from scla_mj.runs import plots  # matplotlib is slow to import

@@ -38,7 +38,8 @@ def reproduce(
         command: the command line that the report names as its origin.
 
     Raises:
-        SclaError: an experiment cannot be run as it is, or `out` is in use, cannot be written, or holds other runs.
+        SclaError: an experiment cannot be run as it is, or `out` is in use, cannot be written, or holds other runs;
+            or, once all else is done and reported, a run in it is in use by another process or damaged.
     """
     _check(experiments)
     out = Path(out)
@@ -46,8 +47,14 @@ def reproduce(
         jobs = open_jobs(out, experiments)
         watch(0, len(jobs), None)
         finished = iter(range(1, len(jobs) + 1))
-        run_jobs(jobs, workers=workers or os.cpu_count() or 1, watch=lambda job: watch(next(finished), len(jobs), job))
-        return write_report(out, experiments, command=command)
+        count = workers or os.cpu_count() or 1
+        refusals = run_jobs(jobs, workers=count, watch=lambda job: watch(next(finished), len(jobs), job))
+        report = write_report(out, experiments, command=command)
+    if refusals:
+        raise SclaError(
+            f"{len(refusals)} of {len(jobs)} runs are not complete, and {report} leaves them out: {refusals[0]}"
+        )
+    return report
 
 
 def _check(experiments: Sequence[Experiment]) -> None:

@@ -8,6 +8,7 @@ import json
 import math
 import os
 import stat
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,25 +24,48 @@ DIGEST: Final = "digest"
 """The key under which a JSON file of ours carries the SHA-256 of the rest."""
 
 _SCRATCH: Final = ".{}.{}.tmp"
-"""What is written before it is moved into place: the file's name, and the number of the process."""
+"""What is written before it is moved into place: the file's name, and the numbers of the process and its thread."""
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path, *, taken: str = "") -> Iterator[Path]:
     """Yield a temporary path next to `path`; what was written there becomes `path` if the block succeeds.
 
     Raises:
-        SclaError: the folder cannot be written to, or the disk is full.
+        SclaError: the folder cannot be written to, or the disk is full; `taken` if that is given and `path` is there:
+            of two processes that write it at once one is refused.
     """
-    scratch = path.with_name(_SCRATCH.format(path.name, os.getpid()))
+    scratch = path.with_name(_SCRATCH.format(path.name, f"{os.getpid()}-{threading.get_ident()}"))
     try:
-        with writing(path):
+        with writing(path, refusal=taken):
             yield scratch
             _sync(scratch)
-            scratch.replace(path)
+            _move(scratch, path, over=not taken)
             _sync_folder(path.parent)
     finally:
         scratch.unlink(missing_ok=True)
+
+
+def _move(scratch: Path, path: Path, *, over: bool) -> None:
+    if not over:
+        try:
+            path.hardlink_to(scratch)  # unlike a move it fails if `path` is there
+        except FileExistsError:
+            raise
+        except OSError:  # a file system without hard links
+            if os.path.lexists(path):
+                raise FileExistsError from None
+        else:
+            return
+    scratch.replace(path)
+
+
+def is_still(path: Path, status: os.stat_result) -> bool:
+    """Return whether the file or folder of this `status` is what lies at `path` now."""
+    try:
+        return os.path.samestat(status, path.stat())
+    except OSError:
+        return False
 
 
 def remove_scratch(path: Path) -> None:
@@ -112,16 +136,16 @@ def reading(path: Path, content: str, *, most_bytes: float = math.inf) -> Iterat
         raise SclaError(f"{path} is damaged: it must hold {content} ({reason})") from error
 
 
-def write_json(path: Path, content: dict[str, Any]) -> None:
+def write_json(path: Path, content: dict[str, Any], *, taken: str = "") -> None:
     """Write `content` as indented JSON, whole or not at all, with a digest of itself.
 
     Raises:
-        SclaError: the file cannot be written.
+        SclaError: the file cannot be written; `taken` if that is given and the file is there.
         ValueError: a number is not finite, which JSON cannot say.
     """
     sealed = {**content, DIGEST: _digest(content)}
     text = json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False)
-    with replacing(path) as scratch:
+    with replacing(path, taken=taken) as scratch:
         scratch.write_text(text + "\n", encoding="utf-8")
 
 

@@ -21,7 +21,7 @@ from scla_mj.anatomy import MOTOR
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
-from scla_mj.runs.atomic import reading, remove, replacing, writing
+from scla_mj.runs.atomic import is_still, reading, remove, replacing, writing
 from scla_mj.runs.stream import header, message, whole_batches
 from scla_mj.signals import DecisionRecord, Outcome
 
@@ -162,6 +162,9 @@ class DecisionLog:
         try:
             if not self._broken:
                 self.flush()
+            if not is_still(self._partial, os.fstat(self._stream.fileno())):
+                self._broken = True
+                raise SclaError(f"{self._folder} was moved or removed during its run")
         finally:
             with suppress(OSError):
                 self._stream.close()

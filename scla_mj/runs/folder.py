@@ -7,6 +7,7 @@ import dataclasses
 import json
 import platform
 import uuid
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -43,15 +44,11 @@ _OF_THE_RUN: Final = (_VERSIONS, _RUN_ID)
 
 
 class Run(NamedTuple):
-    """A run folder, the configuration that made it, and `content`, all that its `config.json` holds.
-
-    `made` says that the folder was not there before the run.
-    """
+    """A run folder, the configuration that made it, and `content`, all that its `config.json` holds."""
 
     path: Path
     config: RunConfig
     content: dict[str, Any]
-    made: bool = False
 
     @property
     def run_id(self) -> str:
@@ -77,39 +74,56 @@ def is_run_file(name: str) -> bool:
     return name in RUN_FILES or paths.part_number(name) is not None
 
 
-def create(path: Path | str, config: RunConfig) -> Run:
-    """Make the folder, parents too, and write `config.json` into it.
+@contextlib.contextmanager
+def made(path: Path | str) -> Iterator[Path]:
+    """Yield the folder that the user named RUN, made with its parents if need be, and taken away again if it stays
+    empty.
 
     Raises:
-        SclaError: the path is odd, holds a run already, is not a folder, or cannot be written to.
+        SclaError: the path is odd, is not a folder, or cannot be written to.
     """
     path = checked_path(path, "RUN")
-    made = not path.exists()
+    new = not path.exists()
     with writing(path, refusal=f"{path} is a file, not a folder: choose another RUN"):
         path.mkdir(parents=True, exist_ok=True)
+    try:
+        yield path
+    finally:
+        if new:
+            with contextlib.suppress(OSError):  # it is not empty
+                path.rmdir()
+
+
+def refuse_run(path: Path) -> None:
+    """Refuse a folder that holds a run already, or a part of one.
+
+    Raises:
+        SclaError: the sentence names a file.
+    """
+    with writing(path):
         present = sorted(entry.name for entry in path.iterdir() if is_run_file(entry.name))
     if present:
         raise SclaError(f"{path} already holds a run ({present[0]} is there): choose another RUN or move that one away")
-    with writing(path, refusal=f"{path} is in use by another run: choose another RUN"):
-        (path / paths.CONFIG_JSON).touch(exist_ok=False)  # of two runs that begin at once one is refused
+
+
+def create(path: Path, config: RunConfig) -> Run:
+    """Begin a run in a folder by writing its `config.json`, whole or not at all.
+
+    Raises:
+        SclaError: the folder holds a run already, or cannot be written to.
+    """
+    refuse_run(path)
     content = {**dataclasses.asdict(config), _VERSIONS: package_versions(), _RUN_ID: uuid.uuid4().hex}
-    run = Run(path, config, json.loads(json.dumps(content)), made)
-    try:
-        write_json(run.file(paths.CONFIG_JSON), content)
-    except BaseException:
-        discard(run)
-        raise
-    return run
+    write_json(path / paths.CONFIG_JSON, content, taken=f"{path} is in use by another run: choose another RUN")
+    return Run(path, config, json.loads(json.dumps(content)))
 
 
 def discard(run: Run) -> None:
-    """Remove what a run has put into its folder, and the folder if the run made it: as if it had not been."""
+    """Remove what a run has put into its folder: as if it had not been."""
     with contextlib.suppress(OSError):
         for file in list(run.path.iterdir()):
             if is_run_file(file.name):
                 file.unlink()
-        if run.made:
-            run.path.rmdir()
 
 
 def open_run(path: Path | str) -> Run:

@@ -166,5 +166,5 @@ def test_a_folder_that_vanishes_ends_the_run_in_a_sentence(tmp_path):
         if record.decision == 5:
             shutil.rmtree(tmp_path / "run")
 
-    with pytest.raises(SclaError, match=r"cannot write .*checkpoint\.npz: No such file"):
+    with pytest.raises(SclaError, match="was moved or removed during its run"):
         rollout(QUICK, tmp_path / "run", watch=vanish, pictures=False, checkpoint_period_s=0.0)

@@ -17,7 +17,7 @@ from scla_mj.grid import Action
 from scla_mj.markov import ceiling_hits_per_1000, hits_per_1000, uniform_policy
 from scla_mj.runs.brain import write_brain
 from scla_mj.runs.decisions import DecisionLog
-from scla_mj.runs.folder import create
+from scla_mj.runs.folder import create, made
 from scla_mj.runs.summary import write_summary
 from scla_mj.signals import Activity, Decision, DecisionRecord, Move, Outcome, Percept, Snapshot
 
@@ -37,7 +37,8 @@ def write_runs(out: Path, experiment: Experiment, skill: Skill, *, decisions: in
     """Write every seed's run; with `decisions` only that many of each run, as a killed one leaves them."""
     for seed in experiment.seeds:
         config = dataclasses.replace(experiment.config, seed=seed)
-        run = create(run_folder(out, experiment, seed), config)
+        with made(run_folder(out, experiment, seed)) as place:
+            run = create(place, config)
         account = Account(check(config))
         with DecisionLog(run.path) as log:
             for number, record in enumerate(records(config, skill)):

@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,7 +14,7 @@ import pytest
 
 from scla_mj.checked import check
 from scla_mj.cli.main import main
-from scla_mj.engine.lock import exclusive
+from scla_mj.engine.lock import exclusive, running
 from scla_mj.engine.rollout import rollout
 from scla_mj.experiments.campaign import open_jobs, run_folder, run_jobs
 from scla_mj.experiments.catalogue import CATALOGUE
@@ -44,35 +45,43 @@ def test_runs_side_by_side_give_the_bits_of_runs_one_after_another(tmp_path):
 def test_an_interrupted_run_is_resumed_bit_identically(tmp_path):
     (job,) = open_jobs(tmp_path, [dataclasses.replace(EXPERIMENTS[0], seeds=(3,))])
     rollout(job.config, tmp_path / "whole", pictures=False)
-    half = job.folder.with_name(job.folder.name + ".part")
 
     def stop(record, epoch):
         if record.decision == 7:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        rollout(job.config, half, watch=stop, pictures=False)
-    identity = read_json(half / "config.json")["run_id"]
-    run_jobs([job], workers=1, watch=lambda job: None)
+        rollout(job.config, job.folder, watch=stop, pictures=False)
+    identity = read_json(job.folder / "config.json")["run_id"]
+    assert run_jobs([job], workers=1, watch=lambda job: None) == []
     assert read_json(job.folder / "config.json")["run_id"] == identity, "the very run, not another one"
-    assert not half.exists()
     for name in ("decisions.parquet", "brain.npz"):
         assert (job.folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
-def test_a_damaged_unfinished_run_is_started_anew_and_finished_ones_are_left_alone(tmp_path):
-    experiment = dataclasses.replace(EXPERIMENTS[1], seeds=(0, 1))
-    first, second = open_jobs(tmp_path, [experiment])
-    rollout(first.config, first.folder, pictures=False)
-    written = (first.folder / "summary.json").stat().st_mtime_ns
-    half = second.folder.with_name(second.folder.name + ".part")
-    half.mkdir(parents=True)
-    (half / "config.json").write_text("{")
-    jobs = open_jobs(tmp_path, [experiment])
-    assert [job.folder for job in jobs] == [second.folder]
-    run_jobs(jobs, workers=1, watch=lambda job: None)
-    assert not half.exists()
-    assert (first.folder / "summary.json").stat().st_mtime_ns == written
+def test_what_is_in_use_or_damaged_is_told_and_left_and_all_else_is_run_and_reported(tmp_path, capsys):
+    experiment = next(e for e in CATALOGUE if e.name == "random-any-start").at_scale((0, 1, 2, 3), 1, 12)
+    whole, used, damaged, missing = (run_folder(tmp_path, experiment, seed) for seed in range(4))
+    rollout(dataclasses.replace(experiment.config, seed=0), whole, pictures=False)
+    written = (whole / "summary.json").stat().st_mtime_ns
+    used.mkdir()
+    damaged.mkdir()
+    (damaged / "config.json").write_text("{")
+    campaign = ["reproduce", str(tmp_path), "--only", experiment.name, "--seeds", "4", "--epochs", "1"]
+    campaign += ["--decisions", "12", "--workers", "1"]
+    with running(used):
+        assert main(campaign) == 2
+        said = capsys.readouterr().err.splitlines()[-1]
+        assert "2 of 3 runs are not complete" in said and "report.html leaves them out" in said
+        assert "seed-01 is in use" in said or "seed-02/config.json is damaged" in said
+        assert {path.name for path in used.iterdir()} == {".lock"}
+    assert (whole / "summary.json").stat().st_mtime_ns == written
+    assert (damaged / "config.json").read_text() == "{"
+    assert (missing / "seal.json").exists()
+    shutil.rmtree(damaged)
+    assert main(campaign) == 0
+    assert (used / "seal.json").exists() and (damaged / "seal.json").exists()
+    assert open_jobs(tmp_path, [experiment]) == []
 
 
 def test_a_run_of_other_settings_is_neither_reused_nor_overwritten(tmp_path, capsys):
@@ -177,7 +186,7 @@ def test_no_process_outlives_its_campaign_however_that_ends(number, to, code, wo
     assert len(workers) == 2
     wait_for(lambda: not any(is_alive(pid) for pid in workers), limit_s=5.0)
     with exclusive(tmp_path):
-        assert list(tmp_path.rglob("*.part"))
+        assert not list(tmp_path.rglob("summary.json"))
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="processes are looked up in /proc")

@@ -18,7 +18,12 @@ from scla_mj.checked import check
 from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.runs.atomic import read_json, write_json
-from scla_mj.runs.folder import RUN_FILES, create, discard, open_run
+from scla_mj.runs.folder import RUN_FILES, create, discard, made, open_run
+
+
+def begin(path, config):
+    with made(path) as place:
+        return create(place, config)
 
 
 def refused(call, *arguments):
@@ -30,7 +35,7 @@ def refused(call, *arguments):
 
 def test_a_new_folder_is_made_with_its_parents_and_says_what_made_it(tmp_path):
     config = dataclasses.replace(RunConfig(), seed=7, grid=GridConfig((7, 7), (4, 4)))
-    run = create(tmp_path / "a" / "b", config)
+    run = begin(tmp_path / "a" / "b", config)
     content = read_json(run.file(paths.CONFIG_JSON))
     assert (content["seed"], content["grid"]["cells"], content["protocol"]) == (7, [7, 7], "any-start")
     assert content["run_id"] == run.run_id == open_run(run.path).run_id
@@ -41,14 +46,14 @@ def test_a_new_folder_is_made_with_its_parents_and_says_what_made_it(tmp_path):
 
 def test_an_existing_folder_is_used_and_its_other_files_are_left_alone(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    create(tmp_path, RunConfig())
+    begin(tmp_path, RunConfig())
     assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", paths.CONFIG_JSON}
 
 
 @pytest.mark.parametrize("name", RUN_FILES)
 def test_a_folder_that_holds_any_file_of_a_run_is_refused_untouched(tmp_path, name):
     (tmp_path / name).write_bytes(b"precious")
-    said = refused(create, tmp_path, RunConfig())
+    said = refused(begin, tmp_path, RunConfig())
     assert f"already holds a run ({name} is there)" in said
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [(name, b"precious")]
 
@@ -56,24 +61,25 @@ def test_a_folder_that_holds_any_file_of_a_run_is_refused_untouched(tmp_path, na
 def test_of_runs_that_begin_at_once_in_one_folder_exactly_one_gets_it(tmp_path):
     together = Barrier(4)
 
-    def begin(folder):
+    def compete(folder):
         together.wait()
         try:
-            return create(folder, RunConfig())
+            return begin(folder, RunConfig())
         except SclaError:
             return None
 
     with ThreadPoolExecutor(4) as threads:
         for round_ in range(20):
-            runs = list(threads.map(begin, [tmp_path / str(round_)] * 4))
+            runs = list(threads.map(compete, [tmp_path / str(round_)] * 4))
             assert sum(run is not None for run in runs) == 1
 
 
 def test_a_discarded_run_takes_its_own_files_with_it_and_nothing_else(tmp_path):
-    discard(create(tmp_path / "new", RunConfig()))
+    with made(tmp_path / "new") as new:
+        discard(create(new, RunConfig()))
     assert not (tmp_path / "new").exists()
     (tmp_path / "notes.txt").write_text("mine")
-    discard(create(tmp_path, RunConfig()))
+    discard(begin(tmp_path, RunConfig()))
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
@@ -88,13 +94,13 @@ def test_every_name_in_a_run_folder_is_guarded():
 
 def test_a_file_is_no_folder(tmp_path):
     (tmp_path / "file").write_text("")
-    assert "is a file, not a folder" in refused(create, tmp_path / "file", RunConfig())
-    assert "choose another RUN" in refused(create, tmp_path / "file" / "run", RunConfig())
+    assert "is a file, not a folder" in refused(begin, tmp_path / "file", RunConfig())
+    assert "choose another RUN" in refused(begin, tmp_path / "file" / "run", RunConfig())
 
 
 def test_a_folder_that_cannot_be_written_to_is_refused():
     """/proc takes no folder from anybody, root included."""
-    assert "cannot write /proc/run" in refused(create, "/proc/run", RunConfig())
+    assert "cannot write /proc/run" in refused(begin, "/proc/run", RunConfig())
 
 
 def test_a_file_is_whole_or_absent_when_the_disk_is_full(tmp_path):
@@ -172,7 +178,7 @@ def set_key(content, path, value):
     ],
 )
 def test_a_configuration_that_was_tampered_with_is_refused_by_its_key(tmp_path, path, value, said):
-    run = create(tmp_path, RunConfig())
+    run = begin(tmp_path, RunConfig())
     file = run.file(paths.CONFIG_JSON)
     content = read_json(file)
     set_key(content, path, value)
@@ -205,7 +211,7 @@ def test_any_configuration_survives_the_way_to_its_file_and_back(number, seed, f
 
 
 def test_a_file_that_lacks_a_setting_is_refused_by_its_name(tmp_path):
-    file = create(tmp_path, RunConfig()).file(paths.CONFIG_JSON)
+    file = begin(tmp_path, RunConfig()).file(paths.CONFIG_JSON)
     content = read_json(file)
     del content["disturbance"]["friction_scale"]
     write_json(file, content)

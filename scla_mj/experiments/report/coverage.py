@@ -11,7 +11,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue import CATALOGUE, Experiment
-from scla_mj.paths import SUMMARY_JSON
+from scla_mj.paths import CHECKPOINT_NPZ, SUMMARY_JSON
 from scla_mj.runs.folder import open_run
 
 _BY_NAME: Final = {experiment.name: experiment for experiment in CATALOGUE}
@@ -64,7 +64,12 @@ def _found(out: Path, full: Experiment) -> Experiment | None:
 
 
 def _finished(out: Path, full: Experiment) -> tuple[int, ...]:
-    return tuple(seed for seed in full.seeds if (run_folder(out, full, seed) / SUMMARY_JSON).exists())
+    folders = {seed: run_folder(out, full, seed) for seed in full.seeds}
+    return tuple(
+        seed
+        for seed, folder in folders.items()
+        if (folder / SUMMARY_JSON).exists() and not (folder / CHECKPOINT_NPZ).exists()
+    )
 
 
 def _held_config(out: Path, experiment: Experiment, seed: int) -> RunConfig | None:

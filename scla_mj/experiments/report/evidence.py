@@ -221,7 +221,7 @@ def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
         SclaError: it is missing, unfinished, damaged, or was made with other settings.
     """
     if not (folder / SUMMARY_JSON).exists():
-        raise SclaError("not run")
+        raise SclaError("not finished" if (folder / CONFIG_JSON).exists() else "not run")
     check_seal(folder, CONFIG_JSON, SUMMARY_JSON, DECISIONS_PARQUET, BRAIN_NPZ)
     config = dataclasses.replace(experiment.config, seed=seed)
     if open_run(folder).config != config:
