@@ -42,6 +42,19 @@ def random_walk(driver, world, count, seed=0):
         cell = move.after
 
 
+def test_the_axle_crosses_when_its_trajectory_first_lies_in_the_next_cell_and_a_wall_is_never_crossed():
+    world, driver = make_driver()
+    for _, move in random_walk(driver, world, 30):
+        driven = move.trajectory[-round(move.duration_s / CLOCK.control_period_s) :]
+        cells = [GRID.cell_at(x, y) for x, y in driven[:, 1:3]]
+        if move.outcome is Outcome.BLOCKED:
+            assert move.crossed_s is None and set(cells) == {move.before}
+        else:
+            period = round(move.crossed_s / CLOCK.control_period_s)
+            assert cells[period - 1 :] == [move.after] * (len(cells) - period + 1)
+            assert set(cells[: period - 1]) == {move.before}
+
+
 @pytest.mark.parametrize("heading", [0.0, math.pi / 2])
 def test_every_action_from_every_cell_ends_in_the_right_cell(heading):
     world, driver = make_driver()
