@@ -12,6 +12,7 @@ import tyro.conf
 
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
+from scla_mj.engine.interrupts import terminable
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -48,6 +49,12 @@ class Bench:
 
     def run(self) -> int:
         """Print the tables; return the exit code."""
+        from benchmarks import suites  # noqa: F401 (before a signal becomes an exception)
+
+        with terminable():
+            return self._measure()
+
+    def _measure(self) -> int:
         from rich.console import Console
         from rich.progress import Progress
 

@@ -22,7 +22,7 @@ from benchmarks.timing import Watch
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
-_COMMAND: Final = (sys.executable, "-m", "scla_mj.cli.main")
+_COMMAND: Final = (sys.executable, "-m", "scla_mj")
 _CHILD: Final = (sys.executable, "-m", "benchmarks.subprocess_tasks")
 _HELP_TARGET_S: Final = 0.3
 _WARM_TARGET_S: Final = 1.5

@@ -2,7 +2,7 @@
 
 import sys
 
-from scla_mj.cli.main import main
+from scla_mj.__main__ import main
 
 if __name__ == "__main__":
     sys.exit(main(["reproduce", *sys.argv[1:]]))

@@ -83,6 +83,11 @@ def find_brain(name: str) -> type[Brain]:
     return BRAINS.get(name) or _imported(name)
 
 
+def can_be_resumed(brain: type[Brain]) -> bool:
+    """Return whether a brain has both methods that resuming takes."""
+    return brain.state is not Brain.state and brain.restore is not Brain.restore
+
+
 def own_settings(brain: type[Brain], config: RunConfig) -> Any:
     """Return the settings that a brain's class has of its own, or None.
 

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import tyro.conf
 
+from scla_mj.engine.interrupts import terminable
 from scla_mj.errors import SclaError
+from scla_mj.paths import CHECKPOINT_NPZ
 
 if TYPE_CHECKING:
     from scla_mj.engine.difference import RunDifference
@@ -41,6 +43,12 @@ class Inspect:
         Raises:
             SclaError: a folder holds no run.
         """
+        from scla_mj.engine import difference, inspection  # noqa: F401 (before a signal becomes an exception)
+
+        return self._inspect()
+
+    @terminable()
+    def _inspect(self) -> int:
         from scla_mj.engine.inspection import inspect_run
 
         if self.against is not None:
@@ -135,7 +143,11 @@ def _describe(found: RunInspection) -> list[str]:
         from scla_mj.cli.run_command import resume_command
 
         assert found.run is not None
-        lines.append(f"{resume_command(found.path, found.run.config)} continues it, if no process is running it")
+        command, own = resume_command(found.path, found.run.config), ":" in found.run.config.brain
+        if own and not found.run.file(CHECKPOINT_NPZ).exists():
+            lines.append(f"no checkpoint: {command} starts it again, if its brain has state() and restore()")
+        else:
+            lines.append(f"{command} continues it, if no process is running it")
     return lines
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import logging
 import os
+import signal
 import sys
 from typing import Final
 
@@ -16,19 +17,17 @@ from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
 from scla_mj.collector import collect_rarely
-from scla_mj.engine.interrupts import Terminated, terminable
+from scla_mj.engine.interrupts import Terminated
 from scla_mj.errors import SclaError
 
 COMMANDS: Final = {"rollout": Rollout, "resume": Resume, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
-_EXIT_INTERRUPTED: Final = 130
-_EXIT_TERMINATED: Final = 143
 _EXIT_BROKEN_PIPE: Final = 141
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0 done, 2 bad input, 130 interrupted, 141 nobody reads the output any more, 143 terminated.
+    0 done, 2 bad input, 129 terminal closed, 130 interrupted, 141 nobody reads the output any more, 143 terminated.
     """
     collect_rarely()
     _say_what_the_package_logs()
@@ -46,23 +45,21 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(arguments: list[str] | None) -> int:
     try:
-        with terminable():
-            words = sys.argv[1:] if arguments is None else arguments
-            if words[:1] in (["--version"], ["-V"]):
-                print(f"scla-mj {__version__}")
-                return 0
-            commands = COMMANDS | {"bench": bench_command()} if words[:1] == ["bench"] else COMMANDS
-            command = parse(commands, words, prog="scla-mj")
-            return int(command.run())
+        words = sys.argv[1:] if arguments is None else arguments
+        if words[:1] in (["--version"], ["-V"]):
+            print(f"scla-mj {__version__}")
+            return 0
+        commands = COMMANDS | {"bench": bench_command()} if words[:1] == ["bench"] else COMMANDS
+        command = parse(commands, words, prog="scla-mj")
+        return int(command.run())
     except SclaError as error:
         print(f"scla-mj: {_one_line(str(error))}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except KeyboardInterrupt as stop:
-        how, code = (
-            ("terminated", _EXIT_TERMINATED) if isinstance(stop, Terminated) else ("interrupted", _EXIT_INTERRUPTED)
-        )
+        number = stop.args[0] if isinstance(stop, Terminated) else signal.SIGINT
+        how = "interrupted" if number == signal.SIGINT else "terminated"
         print(f"scla-mj: {how}; what was complete is on disk", file=sys.stderr)
-        return code
+        return 128 + int(number)
 
 
 def _one_line(sentence: str) -> str:

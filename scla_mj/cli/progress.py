@@ -51,6 +51,11 @@ class RolloutProgress:
                 percent=epoch.percent_of_ceiling,
             )
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether a decision was made."""
+        return self._done > 0
+
     def __enter__(self) -> RolloutProgress:
         return self
 

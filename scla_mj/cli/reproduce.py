@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro.conf
 
+from scla_mj.engine.interrupts import terminable
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class Reproduce:
             return 0
         if self.path is None:
             raise SclaError("OUT is missing: name a folder for the runs and the report, or --list the experiments")
-        with _bar() as watch:
+        with terminable(), _bar() as watch:
             report = reproduce(experiments, self.path, workers=self.workers, watch=watch, command=self._command())
         print(f"The report:  {report}")
         return 0

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scla_mj.config import RunConfig, flatten
+from scla_mj.engine.interrupts import terminable
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
@@ -17,12 +18,14 @@ if TYPE_CHECKING:
     from scla_mj.runs.summary import Summary
 
 
+@terminable()
 def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Callable[..., Summary]) -> None:
     """Call `run` with `watch` and `checkpoint_period_s`, show how it goes, and say what it left in the folder `path`.
 
     Raises:
         SclaError: the period is not possible.
     """
+    from scla_mj.brain.registry import can_be_resumed, find_brain
     from scla_mj.cli.progress import RolloutProgress
     from scla_mj.paths import CHECKPOINT_NPZ
 
@@ -32,7 +35,8 @@ def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Ca
         with RolloutProgress(config) as progress:
             summary = run(watch=progress.update, checkpoint_period_s=checkpoint_period_s)
     except KeyboardInterrupt:
-        if (path / CHECKPOINT_NPZ).exists():
+        begun = progress.has_begun and can_be_resumed(find_brain(config.brain))
+        if begun or (path / CHECKPOINT_NPZ).exists():
             print(f"{resume_command(path, config)} continues from here", file=sys.stderr)
         raise
     _report(path, config, summary)

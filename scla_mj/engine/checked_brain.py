@@ -11,7 +11,7 @@ import numpy as np
 
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS
 from scla_mj.brain.base import Brain
-from scla_mj.brain.registry import describe
+from scla_mj.brain.registry import can_be_resumed, describe
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.runs.brain import check_snapshot
@@ -90,8 +90,7 @@ class CheckedBrain(Brain):
 
     def state(self) -> dict[str, Any] | None:
         """Return the brain's state, if a checkpoint can hold it; None where the brain lacks one of the two methods."""
-        kind = type(self._brain)
-        if kind.state is Brain.state or kind.restore is Brain.restore:
+        if not can_be_resumed(type(self._brain)):
             return None
         state: dict[str, Any] = self._ask("state")
         try:

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: one orderly stop for both, and never in the middle of a decision."""
+"""Ctrl-C, SIGTERM and SIGHUP: one orderly stop for all, and never in the middle of a decision."""
 
 from __future__ import annotations
 
@@ -9,31 +9,40 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any, Final
 
-_STOPPING: Final = (signal.SIGINT, signal.SIGTERM)
+HANGUP: Final = getattr(signal, "SIGHUP", signal.SIGTERM)
+"""A closed terminal; Windows has none."""
+_STOPPING: Final = tuple(dict.fromkeys((signal.SIGINT, signal.SIGTERM, HANGUP)))
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, where `terminable` listens to it: what ends on Ctrl-C ends on it in the same way."""
+    """SIGTERM or SIGHUP, its one argument: what ends on Ctrl-C ends on it in the same way."""
 
 
 @contextlib.contextmanager
 def terminable() -> Iterator[None]:
-    """Turn SIGTERM into `Terminated` in this block; a thread other than the main one can take no signals."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, _terminate)
+    """Turn Ctrl-C, SIGTERM and SIGHUP into `KeyboardInterrupt` in this block, those that are not ignored (`nohup`).
+
+    A thread other than the main one can take no signals.
+    """
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        found = {number: signal.getsignal(number) for number in _STOPPING}
+        before = {number: how for number, how in found.items() if callable(how) or how == signal.SIG_DFL}
+    for number in before:
+        signal.signal(number, _stop)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextlib.contextmanager
 def held_back() -> Iterator[Callable[[], None]]:
-    """Hold Ctrl-C and SIGTERM back until the yielded function is called or the block ends; a second one acts at once.
+    """Hold these signals back until the yielded function is called or the block ends; a second one acts at once.
 
-    Only what Python would handle is held back: a signal that is ignored, or left to the system, stays so.
+    Only what Python would handle is held back: a signal that is ignored, or left to the system, stays so. A second
+    SIGHUP does nothing: a shell and the system each send one as a terminal closes.
     """
     pending: list[int] = []
     before: dict[int, Callable[[int, FrameType | None], Any]] = {}
@@ -43,8 +52,11 @@ def held_back() -> Iterator[Callable[[], None]]:
             signal.signal(number, handler)
 
     def hold(number: int, frame: FrameType | None) -> None:
-        restore()
-        pending.append(number)
+        if number != HANGUP or not pending:
+            restore()
+            if HANGUP in before:
+                signal.signal(HANGUP, hold)
+            pending.append(number)
 
     def let_through() -> None:
         if pending:
@@ -62,5 +74,5 @@ def held_back() -> Iterator[Callable[[], None]]:
         restore()
 
 
-def _terminate(number: int, frame: FrameType | None) -> None:
-    raise Terminated
+def _stop(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)

@@ -13,7 +13,7 @@ from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.catalogue import Experiment
-from scla_mj.experiments.workers import ignoring_sigint, pool
+from scla_mj.experiments.workers import ignoring_the_terminal, pool
 
 
 class Job(NamedTuple):
@@ -69,7 +69,7 @@ def run_jobs(jobs: Sequence[Job], *, workers: int, watch: Callable[[Job], None])
     refusals = []
     try:
         with pool(workers) as executor:
-            with ignoring_sigint():
+            with ignoring_the_terminal():
                 pending = {executor.submit(_run, job.config, job.folder): job for job in jobs}
             for future in as_completed(pending):
                 try:

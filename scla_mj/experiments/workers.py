@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing.connection import Connection
 
+from scla_mj.engine.interrupts import HANGUP
+
 
 @contextlib.contextmanager
 def pool(workers: int) -> Iterator[ProcessPoolExecutor]:
@@ -32,16 +34,18 @@ def pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 
 @contextlib.contextmanager
-def ignoring_sigint() -> Iterator[None]:
-    """Processes started in this block ignore SIGINT, which a terminal sends to all: the parent ends them."""
+def ignoring_the_terminal() -> Iterator[None]:
+    """Processes started in this block ignore what a terminal sends to all, Ctrl-C and its closing: the parent ends
+    them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, HANGUP)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _end_with_parent(listening: Connection) -> None:

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -39,7 +41,8 @@ def rollout_with_a_signal(number, decision, folder, monkeypatch, times=1):
 
 
 @pytest.mark.parametrize(
-    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+    ("number", "code", "word"),
+    [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "terminated")],
 )
 def test_a_signal_waits_for_the_decision_and_leaves_files_that_agree(number, code, word, tmp_path, monkeypatch, capsys):
     assert rollout_with_a_signal(number, 25, tmp_path, monkeypatch) == code
@@ -53,8 +56,9 @@ def test_a_signal_waits_for_the_decision_and_leaves_files_that_agree(number, cod
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
-def test_a_second_signal_cuts_the_decision_and_still_leaves_a_readable_run(tmp_path, monkeypatch):
+def test_a_second_signal_cuts_the_decision_and_still_leaves_a_readable_run(tmp_path, monkeypatch, capsys):
     assert rollout_with_a_signal(signal.SIGTERM, 10, tmp_path, monkeypatch, times=2) == 143
+    assert "scla-mj resume run --brain signalling_sigterm_10_2:Signalled continues" in capsys.readouterr().err
     rows = read_decisions(tmp_path / "run").to_pylist()
     assert len(rows) == 9
     summary = read_summary(tmp_path / "run")
@@ -78,6 +82,46 @@ def test_a_first_signal_is_held_back_and_a_second_acts_at_once():
         reached.append("the second did nothing")
     assert reached == ["held back", "held back again"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_closing_terminal_never_cuts_a_decision_and_nohup_is_respected():
+    with pytest.raises(Terminated), terminable(), held_back() as let_through:
+        for _ in range(3):
+            os.kill(os.getpid(), signal.SIGHUP)
+        let_through()
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    try:
+        with terminable(), held_back() as let_through:
+            os.kill(os.getpid(), signal.SIGHUP)
+            let_through()
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+STARTING = """
+import os, signal, sys
+
+class Interrupts:
+    @staticmethod
+    def find_spec(name, *_):
+        if name == "{module}":
+            os.kill(os.getpid(), signal.{number})
+
+sys.meta_path.insert(0, Interrupts)
+from scla_mj.__main__ import main
+sys.exit(main(["rollout", "run"]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "number", "code", "word"),
+    [("tyro", "SIGINT", 130, "interrupted"), ("mujoco._structs", "SIGTERM", 143, "terminated")],
+)
+def test_a_signal_while_a_command_starts_ends_it_in_one_line(module, number, code, word, tmp_path):
+    command = [sys.executable, "-c", STARTING.format(module=module, number=number)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (code, "", f"scla-mj: {word}\n")
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_signal_that_is_never_let_through_is_not_lost():
