@@ -42,6 +42,7 @@ class NetworkBrain(SclaBrain):
 
 BRAINS: Final[dict[str, type[Brain]]] = {
     "scla": SclaBrain,
+    "scla-printed": SclaBrain,
     "scla-dopamine": DopamineBrain,
     "automaton": AutomatonBrain,
     "network": NetworkBrain,

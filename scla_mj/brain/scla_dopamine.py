@@ -35,7 +35,7 @@ class DopamineBrain(SclaBrain):
     is known when the axle crossed.
 
     Attributes:
-        critic: what every cell is expected to be worth.
+        critic: what is expected of a move.
         prediction_error: that of the last move.
     """
 
@@ -53,11 +53,11 @@ class DopamineBrain(SclaBrain):
         release: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.35
         """Dopamine per unit of prediction error; from 0.05 to 0.5 it learns alike. At 0 nothing ever changes."""
         expectation_rate: Fraction = 0.2
-        """How fast the expectation next to a target follows what is earned there."""
+        """How fast the expectation of a hit follows what comes."""
         initial_expectation: Fraction = 0.5
-        """What a target that is sensed for the first time is expected to earn: the chance of the right one of two."""
+        """Expectation of a hit before any experience: the chance of the right one of two motors."""
         least_expectation: Fraction = 0.2
-        """A sensed target is never expected to earn less; otherwise a robot that always misses is never surprised."""
+        """The expectation counts as no less: otherwise a robot that always misses would never be disappointed."""
         burst_ms: Annotated[float, Interval(ge=0.0, le=1000.0)] = 30.0
         """Length of the efference copy, from the start of the drive; longer than the window's STDP trace adds nothing.
         """

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from scla_mj.brain.base import Brain
 from scla_mj.brain.registry import BRAINS, build_brain
+from scla_mj.brain.scla import SclaBrain
 from scla_mj.checked import CheckedConfig, check
 from scla_mj.config import RunConfig
 from scla_mj.engine.checked_brain import CheckedBrain
@@ -38,8 +40,8 @@ def simulate(config: RunConfig | CheckedConfig, *, robot: Robot = ROBOT) -> Simu
     """
     checked = check(config)
     name = checked.config.brain
-    # Of the brains only these have a network to compile in the meantime; the plain drive is what is compiled ahead.
-    ahead = CompiledAhead(run_periods) if name in ("scla", "scla-dopamine", "network") else None
+    # Of the brains only those with a network compile something in the meantime: the plain drive is compiled ahead.
+    ahead = CompiledAhead(run_periods) if issubclass(BRAINS.get(name, Brain), SclaBrain) else None
     brain = build_brain(checked)
     if name not in BRAINS:
         brain = CheckedBrain(brain, name, cells=checked.config.grid.cells)
