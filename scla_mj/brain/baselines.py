@@ -1,23 +1,17 @@
-"""Brains to compare SCLA with: the random walk, a shortest path, learning automata alone, tabular Q-learning."""
+"""Brains to compare SCLA with: the random walk, a shortest path, and SCLA's own parts alone; learners in tabular.py."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Any
-
-import numpy as np
-from annotated_types import Interval
-from numpy.typing import NDArray
+from typing import Any
 
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
+from scla_mj.brain.reinforcement import CellStates, Reinforcement
 from scla_mj.checked import CheckedConfig
-from scla_mj.config import Fraction
 from scla_mj.errors import SclaError
-from scla_mj.grid import Action, Cell
+from scla_mj.grid import ACTIONS, Action, Cell, around
 from scla_mj.randomness import Consumer, generator
 from scla_mj.signals import Decision, Feedback, Outcome, Percept, Snapshot
-from scla_mj.validation import Section
 
 
 class RandomBrain(Brain):
@@ -117,60 +111,112 @@ class AutomatonBrain(Brain):
         self.automata.restore(state["automata"])
 
 
-class QLearningBrain(Brain):
-    """Tabular Q-learning (Watkins 1989), reward 1 for a hit, which ends the episode.
-
-    Q(s, a) += alpha (r + gamma max Q(s', .) - Q(s, a))
+class AutomataBrain(Brain):
+    """SCLA without its network: the automata decide everywhere, with the very signals that they get in SCLA.
 
     Attributes:
-        values: Q, (W, H, 4) float64.
+        automata: the learning automata; their action probabilities can be read and set.
     """
 
-    reads = ()
+    reads = ("automaton.",)
 
-    @dataclass(frozen=True)
-    class Settings(Section):
-        """The defaults are the best on this task: optimistic and greedy."""
-
-        learning_rate: Fraction = 1.0
-        """alpha; 1 is right where moves are deterministic."""
-        discount: Fraction = 0.9
-        """gamma."""
-        initial_value: Annotated[float, Interval(ge=-1000.0, le=1000.0)] = 1.0
-        """Every Q at the start; 1, the reward of a hit, is optimistic and makes greedy choices explore."""
-        epsilon: Fraction = 0.0
-        """Probability of a random action."""
-
-    def __init__(self, checked: CheckedConfig, settings: Settings) -> None:
+    def __init__(self, checked: CheckedConfig) -> None:
         config = checked.config
-        self._settings = settings
-        self.values = np.full((*config.grid.cells, len(Action)), settings.initial_value)
-        self._rng = generator(config.seed, Consumer.BRAIN)
+        self.automata = LearningAutomata(
+            config.grid.cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN)
+        )
+        self._reinforcement = Reinforcement(self.automata, config.automaton)
+        self._coin = generator(config.seed, Consumer.TIES)
 
     def decide(self, percept: Percept) -> Decision:
-        """Choose a best action, ties broken at random; with probability epsilon any action."""
-        if self._rng.random() < self._settings.epsilon:
-            return Decision(Action(int(self._rng.integers(len(Action)))))
-        values = self._values(percept.cell)
-        return Decision(Action(int(self._rng.choice(np.flatnonzero(values == values.max())))))
+        """Draw from the cell's action probabilities, unless a target is sensed and `beside` has an answer."""
+        beside = None if percept.sensed is None else self.beside(percept.sensed)
+        if beside is not None:
+            return Decision(beside)
+        action = self.automata.draw(percept.cell)
+        return Decision(action, advised=action)
+
+    def beside(self, sensed: Action) -> Action | None:
+        """Return the move where a target is sensed, None to ask the automaton: what SCLA's network is there for."""
+        return None
 
     def learn(self, feedback: Feedback) -> None:
-        """Make one backup; a failed move is ignored."""
-        if feedback.outcome is Outcome.FAILED:
-            return
-        future = 1.0 if feedback.hit else self._settings.discount * float(self._values(feedback.after.cell).max())
-        values = self._values(feedback.before.cell)
-        values[feedback.action] += self._settings.learning_rate * (future - values[feedback.action])
+        """Pass the reinforcement signal on to the automata."""
+        feedback, chosen = self._reinforcement.credited(feedback)
+        self._reinforcement.signal(feedback, punish=chosen)
+
+    def snapshot(self) -> Snapshot:
+        """Return a copy of the action probabilities."""
+        return Snapshot(probabilities=self.automata.probabilities)
 
     def state(self) -> dict[str, Any]:
-        """Return the table and the generator's state."""
-        return {"values": self.values.copy(), "rng": self._rng.bit_generator.state}
+        """Return the state of the automata, of what their signals come from, and of the coin's generator."""
+        return {
+            "automata": self.automata.state(),
+            "reinforcement": self._reinforcement.state(),
+            "coin": self._coin.bit_generator.state,
+        }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Restore a `state`."""
-        self.values[:] = state["values"]
-        self._rng.bit_generator.state = state["rng"]
+        self.automata.restore(state["automata"])
+        self._reinforcement.restore(state["reinforcement"])
+        self._coin.bit_generator.state = state["coin"]
 
-    def _values(self, cell: Cell) -> NDArray[np.float64]:
-        values: NDArray[np.float64] = self.values[cell.x - 1, cell.y - 1]
-        return values
+
+class ReflexAutomataBrain(AutomataBrain):
+    """SCLA with a perfect reflex in place of its network: the most that a network can be worth."""
+
+    def beside(self, sensed: Action) -> Action:
+        """Move to the target."""
+        return sensed
+
+
+class CoinAutomataBrain(AutomataBrain):
+    """SCLA with a coin in place of its network: what a network earns that has learned nothing."""
+
+    def beside(self, sensed: Action) -> Action:
+        """Toss a coin between the two motors that the sensed direction is wired to: its own and the opposite one."""
+        return sensed if self._coin.random() < 0.5 else sensed.opposite
+
+
+class CellStatesBrain(Brain):
+    """SCLA's cell states, followed greedily, without automata and network: value iteration in real time.
+
+    The local rule is a Bellman backup on the known map (Barto, Bradtke and Singh 1995, real-time dynamic programming):
+    this brain moves to the neighbour with the best state, and remembers where a wall is.
+    """
+
+    reads = ("automaton.discount",)
+
+    def __init__(self, checked: CheckedConfig) -> None:
+        config = checked.config
+        self.states = CellStates(discount=config.automaton.discount)
+        self._walls: set[tuple[Cell, Action]] = set()
+        self._rng = generator(config.seed, Consumer.BRAIN)
+
+    def decide(self, percept: Percept) -> Decision:
+        """Move to a sensed target, else to the best neighbour that is no known wall, ties broken at random."""
+        if percept.sensed is not None:
+            return Decision(percept.sensed)
+        cell, neighbours = percept.cell, around(percept.cell)
+        values = [-1.0 if (cell, a) in self._walls else self.states[neighbours[a]] for a in ACTIONS]
+        best = [action for action, value in zip(ACTIONS, values, strict=True) if value == max(values)]
+        return Decision(best[int(self._rng.integers(len(best)))])
+
+    def learn(self, feedback: Feedback) -> None:
+        """Update the states of both cells, and remember a wall."""
+        self.states.judge(feedback)
+        if feedback.outcome is Outcome.BLOCKED:
+            self._walls.add((feedback.before.cell, feedback.executed))
+
+    def state(self) -> dict[str, Any]:
+        """Return the states, the known walls as rows x, y, action, and the generator's state."""
+        walls = [[cell.x, cell.y, int(action)] for cell, action in sorted(self._walls)]
+        return {"states": self.states.state(), "walls": walls, "rng": self._rng.bit_generator.state}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Restore a `state`."""
+        self.states.restore(state["states"])
+        self._walls = {(Cell(x, y), Action(action)) for x, y, action in state["walls"]}
+        self._rng.bit_generator.state = state["rng"]

@@ -14,9 +14,18 @@ from pathlib import Path
 from typing import Any, Final
 
 from scla_mj.brain.base import Brain
-from scla_mj.brain.baselines import AutomatonBrain, QLearningBrain, RandomBrain, ShortestPathBrain
+from scla_mj.brain.baselines import (
+    AutomataBrain,
+    AutomatonBrain,
+    CellStatesBrain,
+    CoinAutomataBrain,
+    RandomBrain,
+    ReflexAutomataBrain,
+    ShortestPathBrain,
+)
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.brain.scla_dopamine import DopamineBrain
+from scla_mj.brain.tabular import ActorCriticBrain, DynaQBrain, QLambdaBrain, QLearningBrain
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import AutomatonConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
@@ -46,8 +55,15 @@ BRAINS: Final[dict[str, type[Brain]]] = {
     "scla-dopamine": DopamineBrain,
     "automaton": AutomatonBrain,
     "network": NetworkBrain,
+    "automata-everywhere": AutomataBrain,
+    "automata-reflex": ReflexAutomataBrain,
+    "automata-coin": CoinAutomataBrain,
+    "cell-states": CellStatesBrain,
     "random": RandomBrain,
     "q-learning": QLearningBrain,
+    "q-lambda": QLambdaBrain,
+    "dyna-q": DynaQBrain,
+    "actor-critic": ActorCriticBrain,
     "shortest-path": ShortestPathBrain,
 }
 _OF_BRAINS: Final = ("network.", "plasticity.", "automaton.")

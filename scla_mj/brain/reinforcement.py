@@ -6,6 +6,8 @@ import math
 from collections import deque
 from typing import Any, Final, NamedTuple
 
+from scla_mj.brain.automata import LearningAutomata
+from scla_mj.config import AutomatonConfig
 from scla_mj.grid import Action, Cell, around
 from scla_mj.signals import Feedback, Outcome, Percept
 
@@ -109,3 +111,56 @@ class PathTrace:
     def restore(self, state: dict[str, Any]) -> None:
         """Restore a `state`."""
         self._moves = deque(((Cell(x, y), Action(action)) for x, y, action in state["moves"]), self._moves.maxlen)
+
+
+class Reinforcement:
+    """Everything that SCLA's automata are taught by: the local rule, the distal reward, the penalty for a bump.
+
+    No spike, weight or dopamine concentration enters here.
+
+    Attributes:
+        states: what the local rule knows about every cell.
+    """
+
+    def __init__(self, automata: LearningAutomata, config: AutomatonConfig) -> None:
+        self.states = CellStates(discount=config.discount)
+        self._automata, self._config = automata, config
+        self._path = PathTrace(tau_moves=config.trace_tau_moves)
+
+    def credited(self, feedback: Feedback) -> tuple[Feedback, bool]:
+        """Return the feedback with the action that signals are for, and whether the automaton chose what was done."""
+        chosen = feedback.executed == feedback.action
+        if not chosen and self._config.credit == "executed":
+            feedback = feedback._replace(action=feedback.executed)
+        return feedback, chosen
+
+    def signal(self, feedback: Feedback, *, punish: bool) -> None:
+        """Reward or penalise the cell's automaton, if `punish` allows that, and after a hit those on the way."""
+        self._path.add(feedback)
+        config, cell, action = self._config, feedback.before.cell, feedback.action
+        judgement = self.states.judge(feedback) if config.local_rule else 0
+        if feedback.outcome is Outcome.BLOCKED:
+            if config.bump_penalty and punish:
+                self._automata.penalise(cell, action)
+        elif feedback.outcome is Outcome.MOVED:
+            if judgement > 0:
+                self._automata.reward(cell, action)
+            elif judgement < 0 and punish:
+                self._automata.penalise(cell, action)
+        if feedback.hit:
+            self._reward_path()
+
+    def state(self) -> dict[str, Any]:
+        """Return what the signals come from; the automata have a state of their own."""
+        return {"states": self.states.state(), "path": self._path.state()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Restore a `state`."""
+        self.states.restore(state["states"])
+        self._path.restore(state["path"])
+
+    def _reward_path(self) -> None:
+        path = self._path.collect()
+        if self._config.distal_reward:
+            for cell, action, trace in path:
+                self._automata.reward(cell, action, weight=trace)

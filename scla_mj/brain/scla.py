@@ -11,7 +11,7 @@ from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY, Populatio
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
 from scla_mj.brain.network.network import Network
-from scla_mj.brain.reinforcement import CellStates, PathTrace
+from scla_mj.brain.reinforcement import Reinforcement
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import Precision
 from scla_mj.grid import ACTIONS, Action
@@ -35,8 +35,8 @@ class SclaBrain(Brain):
         self.network = self.build_network(checked)
         cells = config.grid.cells
         self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN))
-        self.states = CellStates(discount=config.automaton.discount)
-        self._path = PathTrace(tau_moves=config.automaton.trace_tau_moves)
+        self._reinforcement = Reinforcement(self.automata, config.automaton)
+        self.states = self._reinforcement.states
         self._ties = generator(config.seed, Consumer.TIES)
         self._sensory_drive = _drives(SENSORY, config.network.sensory_drive, config.network.precision)
         self._advice_drive = _drives(MOTOR, config.network.advice_drive, config.network.precision)
@@ -77,13 +77,10 @@ class SclaBrain(Brain):
 
     def learn(self, feedback: Feedback) -> None:
         """Release dopamine for a sensed target, and pass the reinforcement signal on to the automata."""
-        astray = feedback.executed != feedback.action
-        if astray and self._config.automaton.credit == "executed":
-            feedback = feedback._replace(action=feedback.executed)
+        feedback, chosen = self._reinforcement.credited(feedback)
         if feedback.outcome is not Outcome.FAILED:
             self._release_dopamine(feedback)
-        self._path.add(feedback)
-        self._signal_automata(feedback, punish=not astray)
+        self._signal_automata(feedback, punish=chosen)
 
     def activity(self) -> Activity:
         """Return the spikes of the thinking window and of the drive, mean weights and dopamine."""
@@ -108,8 +105,7 @@ class SclaBrain(Brain):
         return {
             "network": self.network.state(),
             "automata": self.automata.state(),
-            "states": self.states.state(),
-            "path": self._path.state(),
+            "reinforcement": self._reinforcement.state(),
             "ties": self._ties.bit_generator.state,
         }
 
@@ -117,8 +113,7 @@ class SclaBrain(Brain):
         """Restore a `state`."""
         self.network.restore(state["network"])
         self.automata.restore(state["automata"])
-        self.states.restore(state["states"])
-        self._path.restore(state["path"])
+        self._reinforcement.restore(state["reinforcement"])
         self._ties.bit_generator.state = state["ties"]
 
     def _busiest(self, counts: tuple[int, int, int, int]) -> Action:
@@ -148,25 +143,8 @@ class SclaBrain(Brain):
         return self._taught[sensed] if sensed is not None and feedback.action in (sensed, sensed.opposite) else None
 
     def _signal_automata(self, feedback: Feedback, *, punish: bool) -> None:
-        """Reward or penalise the cell's automaton; it is not penalised for a direction that it did not choose."""
-        config, cell, action = self._config.automaton, feedback.before.cell, feedback.action
-        judgement = self.states.judge(feedback) if config.local_rule else 0
-        if feedback.outcome is Outcome.BLOCKED:
-            if config.bump_penalty and punish:
-                self.automata.penalise(cell, action)
-        elif feedback.outcome is Outcome.MOVED:
-            if judgement > 0:
-                self.automata.reward(cell, action)
-            elif judgement < 0 and punish:
-                self.automata.penalise(cell, action)
-        if feedback.hit:
-            self._reward_path()
-
-    def _reward_path(self) -> None:
-        path = self._path.collect()
-        if self._config.automaton.distal_reward:
-            for cell, action, trace in path:
-                self.automata.reward(cell, action, weight=trace)
+        """Reward or penalise automata; the cell's own is not penalised for a direction that it did not choose."""
+        self._reinforcement.signal(feedback, punish=punish)
 
 
 def _drives(populations: tuple[Population, ...], current: float, precision: Precision) -> NDArray[Any]:

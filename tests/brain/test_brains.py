@@ -6,39 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bodiless import build, live
 
-from scla_mj.brain.registry import build_brain
-from scla_mj.checked import check
-from scla_mj.config import GridConfig, RunConfig
+from scla_mj.config import GridConfig
 from scla_mj.errors import SclaError
-from scla_mj.grid import Action, Cell
 from scla_mj.markov import hits_per_1000
-from scla_mj.signals import Feedback, Outcome, Percept
+from scla_mj.signals import Percept
 
 BASE = "from scla_mj.brain import Brain as Base\n\nclass Brain(Base):\n    decide = learn = None\n"
 OWN_BRAIN = Path(__file__).parents[2] / "docs" / "own-brain.md"
-
-
-def build(name, **settings):
-    config = RunConfig(brain=name, **settings)
-    return build_brain(check(config)), check(config).grid()
-
-
-def live(brain, grid, decisions, seed=0):
-    """Let a brain decide on the grid without a body; returns its hits."""
-    rng = np.random.default_rng(seed)
-    starts = grid.start_cells("any-start")
-    cell, hits = starts[rng.integers(len(starts))], 0
-    for _ in range(decisions):
-        percept = Percept(cell, grid.sensed_from(cell))
-        action = brain.decide(percept).action
-        after = grid.after(cell, action)
-        hit = after == grid.target
-        outcome = Outcome.BLOCKED if after == cell else Outcome.MOVED
-        brain.learn(Feedback(percept, action, action, outcome, Percept(after, grid.sensed_from(after)), hit))
-        hits += hit
-        cell = starts[rng.integers(len(starts))] if hit else after
-    return hits
 
 
 def test_the_automaton_alone_learns_the_four_cells_next_to_the_target_and_nothing_else():
@@ -68,23 +44,6 @@ def test_the_shortest_path_brain_earns_the_ceiling():
         if cell != grid.target:
             action = brain.decide(Percept(cell, grid.sensed_from(cell))).action
             assert distances[grid.after(cell, action)] == distances[cell] - 1
-
-
-def test_optimistic_q_learning_finds_every_shortest_path():
-    brain, grid = build("q-learning")
-    live(brain, grid, 6_000)
-    for cell, distance in grid.distances.items():
-        if cell != grid.target:
-            assert brain.values[cell.x - 1, cell.y - 1].max() == pytest.approx(0.9 ** (distance - 1))
-
-
-def test_one_backup_of_q_learning_is_the_textbooks():
-    brain, _ = build("q-learning", brain_settings={"learning_rate": 0.5, "discount": 0.8, "initial_value": 0.25})
-    move = Feedback(Percept(Cell(1, 1), None), Action.UP, Action.UP, Outcome.MOVED, Percept(Cell(1, 2), None), False)
-    brain.learn(move)
-    assert brain.values[0, 0, Action.UP] == pytest.approx(0.25 + 0.5 * (0.8 * 0.25 - 0.25))
-    brain.learn(move._replace(hit=True))
-    assert brain.values[0, 0, Action.UP] == pytest.approx(0.225 + 0.5 * (1 - 0.225))
 
 
 def test_the_network_alone_never_changes_a_probability():

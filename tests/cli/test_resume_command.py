@@ -72,7 +72,7 @@ def test_a_full_disk_ends_in_a_sentence_and_the_run_is_resumed_once_there_is_roo
 
 INTERRUPTING = """
 import os, signal
-from scla_mj.brain.baselines import QLearningBrain
+from scla_mj.brain.tabular import QLearningBrain
 
 class Interrupting(QLearningBrain):
     def __init__(self, checked, settings):

@@ -43,7 +43,9 @@ def run(cut, tmp_path):
     return shutil.copytree(cut, tmp_path / "run")
 
 
-@pytest.mark.parametrize("brain", ["scla", "automaton", "network", "random", "q-learning", "shortest-path"])
+@pytest.mark.parametrize(
+    "brain", ["scla", "automaton", "network", "shortest-path", "automata-coin", "cell-states", "dyna-q", "actor-critic"]
+)
 def test_every_brain_is_resumed_bit_identically(brain, tmp_path):
     config = dataclasses.replace(QUICK, brain=brain)
     resume(stopped(config, tmp_path / "cut", 7, 30), pictures=False)
