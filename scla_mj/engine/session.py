@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 _PROBABILITIES_EVERY: Final = 50
 """Decisions between two pictures of the policy: it is seen to change, for 2 ms per picture."""
 
+_WEIGHTS_EVERY: Final = 100
+"""Decisions for which one picture of all weights is enough, some 90 kB on the disk: this bounds short epochs."""
+
 Watch = Callable[["DecisionRecord", Account], None]
 """Takes every decision, and the count so far, which can be asked for any epoch's figures.
 
@@ -124,8 +127,11 @@ class Session:
         return record
 
     def _memory(self, record: DecisionRecord) -> Snapshot | None:
-        """The whole memory after the first decision and each epoch; in between the probabilities, which are small."""
-        if record.decision == self._config.decisions or (record.epoch == 1 and record.decision == 1):
+        """The whole memory after the first decision and each epoch (of short ones some); in between the probabilities,
+        which are small."""
+        length, made = self._config.decisions, self._simulation.decisions
+        ends = record.decision == length and made // _WEIGHTS_EVERY > (made - length) // _WEIGHTS_EVERY
+        if ends or made == 1:
             return self._simulation.brain.snapshot()
         if record.decision % _PROBABILITIES_EVERY == 0:
             return self._simulation.brain.snapshot()._replace(weights=None)

@@ -155,7 +155,7 @@ class Driver:
             *self._robot,
         )
         self._filled += periods
-        self.periods += periods
+        self.periods += max(periods, standing)  # one that lies is stepped no further, but the brain's window passes
         self._world.steps += periods * self._clock.physics_steps_per_control
         return max(0, periods - standing), status
 

@@ -27,7 +27,17 @@ def make(*sets, seed=0, brain="random", timeout_s=10.0, **settings):
 
 
 def steps(simulation, count):
-    return [simulation.step() for _ in range(count)]
+    """Make decisions; whatever happens to the robot, each takes its brain's window at least."""
+    records, ends_s = [], []
+    for _ in range(count):
+        records.append(simulation.step())
+        ends_s.append(simulation.time_s)
+    window_s = simulation.config.clock.thinking_window_s
+    durations_s = np.diff([records[0].time_s, *ends_s])
+    assert np.allclose(durations_s, [window_s + record.move.duration_s for record in records])
+    assert (durations_s >= window_s - 1e-9).all()
+    assert [record.time_s for record in records[1:]] == ends_s[:-1]
+    return records
 
 
 def table(records):
@@ -114,6 +124,17 @@ def test_a_robot_that_is_tipped_over_is_reported_and_drives_on_from_elsewhere():
     first, second = steps(simulation, 2)
     assert (first.move.outcome, first.move.fallen, first.hit) == (Outcome.FAILED, True, False)
     assert second.move.outcome != Outcome.FAILED
+
+
+@pytest.mark.parametrize("localisation", ["truth", "sensors"])
+def test_a_robot_that_lies_when_it_is_put_down_fails_after_its_brains_window(localisation):
+    simulation = make(seed=0, localisation=localisation)
+    window_s = simulation.config.clock.thinking_window_s
+    for _ in range(3):
+        simulation.world.data.qpos[3:7] = (0.7, 0.7, 0.0, 0.0)
+        (lying,) = steps(simulation, 1)
+        assert (lying.move.outcome, lying.move.fallen, lying.move.duration_s) == (Outcome.FAILED, True, 0.0)
+    assert simulation.time_s == pytest.approx(3 * window_s)
 
 
 def while_thinking(simulation, happens):
