@@ -1,13 +1,15 @@
-"""Opens damaged files by the thousand: `python tests/fuzz_damage.py 10000 [--seed 0] [--first 0]`.
+"""Opens damaged files by the thousand: `python tests/fuzz_damage.py 10000 [--seed 0] [--first 0] [--seconds S]`.
 
-Case n of a seed is always the same damage, so a count can be continued and any case seen again. The cases run in
-processes of their own: one that dies or hangs is told with its number.
+Case n of a seed is always the same damage: `--first` continues a count that `--seconds` has ended, several processes
+may share one, and any case can be seen again. Ten take two seconds of a core. The cases run in processes of their own:
+one that dies or hangs is told with its number.
 """
 
 from __future__ import annotations
 
 import argparse
 import collections
+import contextlib
 import json
 import os
 import resource
@@ -34,6 +36,7 @@ def main() -> int:
     parser.add_argument("cases", type=int)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after so long")
     parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker:
@@ -41,7 +44,7 @@ def main() -> int:
         return 0
     with tempfile.TemporaryDirectory() as folder:
         make(Path(folder))
-        counts = count(Path(folder), options.seed, options.first, options.cases)
+        counts = count(Path(folder), options.seed, options.first, options.cases, options.seconds)
     print(json.dumps({kind: dict(sorted(found.items())) for kind, found in sorted(counts.items())}, indent=2))
     total: collections.Counter[str] = sum(counts.values(), collections.Counter())
     print(
@@ -57,7 +60,7 @@ def make(folder: Path) -> None:
     damage.make_runs(folder)
 
 
-def count(folder: Path, seed: int, first: int, cases: int) -> dict[str, collections.Counter[str]]:
+def count(folder: Path, seed: int, first: int, cases: int, seconds: float) -> dict[str, collections.Counter[str]]:
     """Return the outcomes by run, file and way of opening."""
     counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
     started, reported = time.monotonic(), 0
@@ -68,15 +71,19 @@ def count(folder: Path, seed: int, first: int, cases: int) -> dict[str, collecti
         if done >= reported + 500:
             reported = done
             print(f"{done} of {cases} in {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
+        if time.monotonic() - started > seconds:
+            print(f"stopped: --first {case['number'] + 1} continues")
+            break
     return counts
 
 
 def outcomes(folder: Path, seed: int, first: int, end: int) -> Iterator[dict[str, Any]]:
     """Yield every case's outcome; a worker that dies or hangs is followed by another."""
     while first < end:
-        with worker(folder, seed, first, end - first) as process:
+        with worker(folder, seed, first, end - first) as process, contextlib.ExitStack() as stop:
             assert process.stdout is not None
             begun = {"number": first, "kind": "?"}
+            stop.callback(process.kill)
             while True:
                 ready = select.select([process.stdout], [], [], LIMIT_S)[0]
                 line = process.stdout.readline() if ready else ""
