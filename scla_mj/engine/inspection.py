@@ -13,6 +13,7 @@ import numpy as np
 from scla_mj import paths
 from scla_mj.checked import CheckedConfig, check
 from scla_mj.checked_path import checked_path
+from scla_mj.engine.lock import is_in_use
 from scla_mj.errors import SclaError
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.checkpoint import read_checkpoint
@@ -111,11 +112,21 @@ def inspect_run(path: Path, *, recording: bool = True) -> RunInspection:
     """Read every file of a run, each checked against the seal before its reader sees it; `recording` reads that too.
 
     Raises:
-        SclaError: the folder holds no run.
+        SclaError: the folder holds no run, or another process runs it and what was read does not fit.
     """
     path = checked_path(path, "RUN")
     if not path.is_dir() or not any(is_run_file(entry.name) for entry in path.iterdir()):
         open_run(path)
+    running = is_in_use(path)
+    found = _inspected(path, recording=recording)
+    if running and found.verdict != "sound":
+        raise SclaError(
+            f"{path} is in use: its files change while they are read; inspect it when its process has ended"
+        )
+    return found
+
+
+def _inspected(path: Path, *, recording: bool) -> RunInspection:
     try:
         files = _Files(path, broken_files(path))
     except SclaError as error:  # of a damaged seal no file can be trusted

@@ -43,6 +43,20 @@ def running(run: Path) -> Iterator[None]:
                     (run / LOCK).unlink()
 
 
+def is_in_use(run: Path) -> bool:
+    """Return whether another process runs a run."""
+    if not (run / LOCK).exists():
+        return False
+    lock = FileLock(run / LOCK, blocking=False)
+    try:
+        with lock:
+            return False
+    except Timeout:
+        return True
+    except (NotImplementedError, OSError):  # it cannot be told
+        return False
+
+
 @contextlib.contextmanager
 def _held(folder: Path, what: str, refusal: str) -> Iterator[None]:
     lock = FileLock(folder / LOCK, blocking=False)

@@ -9,6 +9,7 @@ import pytest
 from stopped_runs import QUICK, assert_same_run, stop_after, stopped, whole
 
 from scla_mj.brain.base import Brain
+from scla_mj.cli.main import main
 from scla_mj.engine.ensure import OtherSettingsError, ensure
 from scla_mj.engine.resume import resume
 from scla_mj.engine.rollout import rollout
@@ -127,3 +128,21 @@ def test_a_run_that_is_stopped_before_its_first_decision_leaves_nothing_and_nobo
         with pytest.raises(SclaError):
             ensure(dataclasses.replace(TINY, brain="no_such_module:Brain"), tmp_path / name)
     assert [path.name for path in tmp_path.rglob("*")] == ["mine", "notes.txt"]
+
+
+def test_of_a_run_that_is_going_on_inspect_says_what_is_sound_or_that_it_is_in_use(tmp_path, capsys):
+    said = []
+
+    def look(record, epoch):
+        said.append((main(["inspect", str(tmp_path / "run")]), *capsys.readouterr()))
+        if record.decision == 7:  # as if another were in the middle of a write
+            log = (tmp_path / "run" / "decisions.partial.arrows").read_bytes()
+            (tmp_path / "run" / "decisions.partial.arrows").write_bytes(b"half")
+            said.append((main(["inspect", str(tmp_path / "run")]), *capsys.readouterr()))
+            (tmp_path / "run" / "decisions.partial.arrows").write_bytes(log)
+
+    rollout(TINY, tmp_path / "run", watch=look, pictures=False, checkpoint_period_s=0.0)
+    codes = [code for code, _, _ in said]
+    assert codes == [0] * 7 + [2, 0]
+    assert "is in use: its files change while they are read" in said[7][2] and said[7][1] == ""
+    assert all("sound, unfinished" in out for code, out, _ in said if code == 0)
