@@ -36,20 +36,21 @@ class Critic:
         """Return the expectation of a hit where a target is sensed in that direction."""
         return self._expected[sensed]
 
-    def prediction_error(self, feedback: Feedback) -> float:
+    def prediction_error(self, feedback: Feedback, *, expected: float | None = None) -> float:
         """Return what a move brought beyond expectation, and learn from it.
 
-        With a sensed target that is the reward less the expectation. Elsewhere it is the reward and the rise from one
-        cell's state to the next one's, which is not discounted: progress stays worth a little for ever.
+        With a sensed target that is the reward less the expectation, the learnt one unless another is `expected`.
+        Elsewhere it is the reward and the rise from one cell's state to the next one's, which is not discounted:
+        progress stays worth a little for ever.
         """
         before, after = feedback.before, feedback.after
         self._states.judge(feedback)
         bump = _BUMP if feedback.outcome is Outcome.BLOCKED else 0.0
         if before.sensed is None:
             return bump + self._states[after.cell] - self._states[before.cell]
-        hit, expected = _HIT if feedback.hit else 0.0, self._expected[before.sensed]
-        self._expected[before.sensed] = expected + self._rate * (hit - expected)
-        return bump + hit - max(expected, self._least)
+        hit, learnt = _HIT if feedback.hit else 0.0, self._expected[before.sensed]
+        self._expected[before.sensed] = learnt + self._rate * (hit - learnt)
+        return bump + hit - max(learnt if expected is None else expected, self._least)
 
     def state(self) -> dict[str, Any]:
         """Return the expectations and the cells' states."""

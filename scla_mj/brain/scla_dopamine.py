@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from annotated_types import Interval
@@ -56,6 +56,12 @@ class DopamineBrain(SclaBrain):
         """How fast the expectation of a hit follows what comes."""
         initial_expectation: Fraction = 0.5
         """Expectation of a hit before any experience: the chance of the right one of two motors."""
+        expectation: Literal["learnt", "rate"] = "learnt"
+        """Where the expectation of a hit comes from: learnt per sensed direction, or the winning motor population's own
+        firing rate, which the same synapses keep."""
+        certain_spikes: Annotated[float, Interval(ge=1.01, le=100.0)] = 2.25
+        """With expectation rate: spikes per neuron of the winning population in the decision window at which a hit is
+        certain; at 1, the volley that any drive causes, none is expected."""
         least_expectation: Fraction = 0.2
         """The expectation counts as no less: otherwise a robot that always misses would never be disappointed."""
         burst_ms: Annotated[float, Interval(ge=0.0, le=1000.0)] = 30.0
@@ -89,7 +95,8 @@ class DopamineBrain(SclaBrain):
     def learn(self, feedback: Feedback) -> None:
         """Let the drive's neural time pass, with the burst at its start and dopamine at the crossing."""
         is_known = feedback.outcome is not Outcome.FAILED
-        self.prediction_error = self.critic.prediction_error(feedback) if is_known else 0.0
+        expected = self._rate() if self._settings.expectation == "rate" else None
+        self.prediction_error = self.critic.prediction_error(feedback, expected=expected) if is_known else 0.0
         dopamine = self._settings.release * self.prediction_error
         burst = min(self._burst_steps, self._driven_steps)
         crossing = self._driven_steps
@@ -117,6 +124,11 @@ class DopamineBrain(SclaBrain):
         self.automata.restore(state["automata"])
         self.critic.restore(state["critic"])
         self._ties.bit_generator.state = state["ties"]
+
+    def _rate(self) -> float:
+        """Return the expectation of a hit that the winning motor population's rate expresses, at most 1."""
+        winner = self._thinking_counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].max() / MOTOR[0].size
+        return min(1.0, float(winner - 1.0) / (self._settings.certain_spikes - 1.0))
 
     def _hears(self) -> bool:
         """Return whether a sensory population was driven: only there do terminals release dopamine to the network.

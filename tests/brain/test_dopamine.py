@@ -135,3 +135,12 @@ def test_a_failed_move_teaches_nothing():
     brain = build()
     brain.learn(moved(Cell(3, 2), Action.UP)._replace(outcome=Outcome.FAILED))
     assert brain.prediction_error == 0.0 and (brain.automata.probabilities == 0.25).all()
+
+
+def test_the_winners_own_rate_can_be_the_expectation():
+    brain = build(expectation="rate", least_expectation=0.0)
+    decided = brain.decide(percept(Cell(3, 2)))
+    brain.learn(moved(Cell(3, 2), Action.UP))
+    spikes_per_neuron = max(decided.motor_spikes) / 100
+    assert brain.prediction_error == pytest.approx(1 - (spikes_per_neuron - 1) / 1.25)
+    assert np.mean(live(brain, 120, seed=4)[-60:]) == 1.0
