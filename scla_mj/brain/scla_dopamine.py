@@ -59,7 +59,7 @@ class DopamineBrain(SclaBrain):
         expectation: Literal["learnt", "rate"] = "learnt"
         """Where the expectation of a hit comes from: learnt per sensed direction, or the winning motor population's own
         firing rate, which the same synapses keep."""
-        certain_spikes: Annotated[float, Interval(ge=1.01, le=100.0)] = 2.25
+        certain_spikes: Annotated[float, Interval(ge=1.01, le=100.0)] = 2.0
         """With expectation rate: spikes per neuron of the winning population in the decision window at which a hit is
         certain; at 1, the volley that any drive causes, none is expected."""
         least_expectation: Fraction = 0.2

@@ -142,5 +142,5 @@ def test_the_winners_own_rate_can_be_the_expectation():
     decided = brain.decide(percept(Cell(3, 2)))
     brain.learn(moved(Cell(3, 2), Action.UP))
     spikes_per_neuron = max(decided.motor_spikes) / 100
-    assert brain.prediction_error == pytest.approx(1 - (spikes_per_neuron - 1) / 1.25)
+    assert brain.prediction_error == pytest.approx(1 - (spikes_per_neuron - 1))
     assert np.mean(live(brain, 120, seed=4)[-60:]) == 1.0
