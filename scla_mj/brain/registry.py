@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import importlib
 import re
-import sys
-import sysconfig
-import traceback
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, Final
 
 from scla_mj.brain.base import Brain
@@ -26,17 +21,13 @@ from scla_mj.brain.baselines import (
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.brain.scla_dopamine import DopamineBrain
 from scla_mj.brain.tabular import ActorCriticBrain, DynaQBrain, QLambdaBrain, QLearningBrain
+from scla_mj.brain.users_code import users_code
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import AutomatonConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
 from scla_mj.validation import shown, validated
 
 _IMPORT_PATH: Final = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
-_NOT_THE_USERS: Final = (
-    str(Path(__file__).resolve().parents[1]),  # this package
-    *(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib")),
-    "<frozen",  # the import system
-)
 
 
 class NetworkBrain(SclaBrain):
@@ -79,15 +70,11 @@ def build_brain(checked: CheckedConfig) -> Brain:
     """
     config = checked.config
     kind = find_brain(config.brain)
-    settings = own_settings(kind, config)
-    _refuse_unread(kind, config)
-    build: Callable[..., Brain] = kind
-    try:
+    with users_code(f"--brain {config.brain} cannot be made from a CheckedConfig:"):
+        settings = own_settings(kind, config)
+        _refuse_unread(kind, config)
+        build: Callable[..., Brain] = kind
         brain: Brain = build(checked) if settings is None else build(checked, settings)
-    except SclaError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise SclaError(f"--brain {config.brain} cannot be made from a CheckedConfig: {describe(error)}") from error
     return brain
 
 
@@ -135,44 +122,19 @@ def _refuse_unread(brain: type[Brain], config: RunConfig) -> None:
 
 
 def _imported(path: str) -> type[Brain]:
+    module_name, _, class_name = path.partition(":")
+    plain = module_name.removeprefix("./").removesuffix(".py").replace("/", ".")
+    if class_name and plain != module_name and _IMPORT_PATH.fullmatch(f"{plain}:{class_name}"):
+        raise SclaError(f"--brain {path} names a file: name its module as in an import, --brain {plain}:{class_name}")
     if not _IMPORT_PATH.fullmatch(path):
         raise SclaError(f"--brain {path} is unknown: choose {', '.join(BRAINS)}, or package.module:Class for your own")
-    module_name, class_name = path.split(":")
-    try:
-        with _working_directory_importable():
-            module = importlib.import_module(module_name)
-    except (Exception, SystemExit) as error:
-        raise SclaError(f"--brain {path}: the module {module_name} cannot be imported: {describe(error)}") from error
-    found = getattr(module, class_name, None)
+    importlib.invalidate_caches()  # a file may be younger than what Python knows of its folder
+    with users_code(f"--brain {path}: the module {module_name} cannot be imported:"):
+        module = importlib.import_module(module_name)
+        found = getattr(module, class_name, None)
     if found is None:
-        raise SclaError(f"--brain {path}: the module {module_name} has no class {class_name}")
+        file = getattr(module, "__file__", None) or "built into Python"
+        raise SclaError(f"--brain {path}: the module {module_name} ({file}) has no class {class_name}")
     if not (isinstance(found, type) and issubclass(found, Brain)):
         raise SclaError(f"--brain {path} is not a brain: derive its class from scla_mj.Brain")
     return found
-
-
-def describe(error: BaseException) -> str:
-    """Return an exception's type, message, and the file and line of the user's code that raised it, if known."""
-    message = " ".join(str(error).split())
-    text = f"{type(error).__name__}: {message}" if message else type(error).__name__
-    place = _users_line(error)
-    return text if place is None or place in text else f"{text}, {place}"
-
-
-def _users_line(error: BaseException) -> str | None:
-    """Return the innermost line that is neither in this package nor in a library."""
-    if isinstance(error, SyntaxError) and error.filename:
-        return f"{error.filename} line {error.lineno}"
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_NOT_THE_USERS)]
-    return f"{frames[-1].filename} line {frames[-1].lineno}" if frames else None
-
-
-@contextlib.contextmanager
-def _working_directory_importable() -> Iterator[None]:
-    """Search the working directory for the user's module too: an installed command does not, unlike `python -m`."""
-    here = str(Path.cwd())
-    sys.path.append(here)
-    try:
-        yield
-    finally:
-        sys.path.remove(here)

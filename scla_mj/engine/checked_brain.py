@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from numbers import Integral
 from typing import Any, Final, NoReturn
 
@@ -11,7 +12,8 @@ import numpy as np
 
 from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS
 from scla_mj.brain.base import Brain
-from scla_mj.brain.registry import can_be_resumed, describe
+from scla_mj.brain.registry import can_be_resumed
+from scla_mj.brain.users_code import shown, users_code
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.runs.brain import check_snapshot
@@ -29,11 +31,12 @@ class CheckedBrain(Brain):
         self._brain = brain
         self._name = name
         self._cells = cells
-        if not isinstance(brain.sensors, Mapping):
-            raise SclaError(
-                f"--brain {name}: its sensors must be a dict of functions by name, not {_shown(brain.sensors)}"
-            )
-        self.sensors = {sensor: functools.partial(self._read, sensor) for sensor in brain.sensors}
+        with users_code(f"--brain {name}: its sensors raised"):
+            if not isinstance(brain.sensors, Mapping):
+                raise SclaError(
+                    f"--brain {name}: its sensors must be a dict of functions by name, not {shown(brain.sensors)}"
+                )
+            self.sensors = {sensor: functools.partial(self._read, sensor) for sensor in brain.sensors}
 
     def __getattr__(self, name: str) -> Any:
         """Return what else the brain has, such as its `network`."""
@@ -43,7 +46,10 @@ class CheckedBrain(Brain):
 
     def decide(self, percept: Percept) -> Decision:
         """Return the brain's decision, its spike counts as a tuple of int."""
-        decision: object = self._ask("decide", percept)
+        with self._asking("decide") as decide:
+            return self._decision(decide(percept))
+
+    def _decision(self, decision: object) -> Decision:
         if not isinstance(decision, Decision):
             self._refuse("decide", "return a Decision, such as Decision(Action.UP)", decision)
         action, advised, spikes = decision
@@ -55,15 +61,20 @@ class CheckedBrain(Brain):
 
     def learn(self, feedback: Feedback) -> None:
         """Pass the feedback on."""
-        self._ask("learn", feedback)
+        with self._asking("learn") as learn:
+            learn(feedback)
 
     def elapse(self, duration_s: float) -> None:
         """Pass the time on."""
-        self._ask("elapse", duration_s)
+        with self._asking("elapse") as elapse:
+            elapse(duration_s)
 
     def activity(self) -> Activity | None:
         """Return the brain's activity, if it is one or None."""
-        activity: object = self._ask("activity")
+        with self._asking("activity") as activity:
+            return self._activity(activity())
+
+    def _activity(self, activity: object) -> Activity | None:
         if activity is None:
             return None
         if not isinstance(activity, Activity):
@@ -79,7 +90,10 @@ class CheckedBrain(Brain):
 
     def snapshot(self) -> Snapshot:
         """Return the brain's memory, if its files can hold it."""
-        snapshot: object = self._ask("snapshot")
+        with self._asking("snapshot") as snapshot:
+            return self._snapshot(snapshot())
+
+    def _snapshot(self, snapshot: object) -> Snapshot:
         if not isinstance(snapshot, Snapshot):
             self._refuse("snapshot", "return a Snapshot", snapshot)
         try:
@@ -92,35 +106,33 @@ class CheckedBrain(Brain):
         """Return the brain's state, if a checkpoint can hold it; None where the brain lacks one of the two methods."""
         if not can_be_resumed(type(self._brain)):
             return None
-        state: dict[str, Any] = self._ask("state")
-        try:
-            check_state(state)
-        except SclaError as error:
-            raise SclaError(
-                f"--brain {self._name}: its state() returns what no checkpoint can hold: {error}"
-            ) from error
-        return state
+        with self._asking("state") as ask:
+            state: dict[str, Any] = ask()
+            try:
+                check_state(state)
+            except SclaError as error:
+                raise SclaError(
+                    f"--brain {self._name}: its state() returns what no checkpoint can hold: {error}"
+                ) from error
+            return state
 
     def restore(self, state: dict[str, Any]) -> None:
         """Pass the state on."""
-        self._ask("restore", state)
+        with self._asking("restore") as restore:
+            restore(state)
 
-    def _ask(self, method: str, *arguments: Any) -> Any:
-        try:
-            return getattr(self._brain, method)(*arguments)
-        except SclaError:
-            raise
-        except (Exception, SystemExit) as error:
-            raise SclaError(f"--brain {self._name}: its {method}() raised {describe(error)}") from error
+    @contextlib.contextmanager
+    def _asking(self, method: str) -> Iterator[Callable[..., Any]]:
+        """Yield the brain's method; what it raises, and what looking at its answer raises, is the brain's mistake."""
+        with users_code(f"--brain {self._name}: its {method}() raised"):
+            yield getattr(self._brain, method)
 
     def _read(self, sensor: str, world: Any) -> Any:
-        try:
+        with users_code(f"--brain {self._name}: its sensor {sensor} raised"):
             return self._brain.sensors[sensor](world)
-        except (Exception, SystemExit) as error:
-            raise SclaError(f"--brain {self._name}: its sensor {sensor} raised {describe(error)}") from error
 
     def _refuse(self, method: str, wanted: str, got: Any) -> NoReturn:
-        raise SclaError(f"--brain {self._name}: its {method}() must {wanted}; it gave {_shown(got)}")
+        raise SclaError(f"--brain {self._name}: its {method}() must {wanted}; it gave {shown(got)}")
 
     def _spikes(self, counts: Any) -> tuple[int, int, int, int]:
         if (
@@ -152,10 +164,3 @@ class CheckedBrain(Brain):
 
 def _is_array(values: Any, shape: tuple[int, ...], kind: Any) -> bool:
     return isinstance(values, np.ndarray) and values.shape == shape and np.issubdtype(values.dtype, kind)
-
-
-def _shown(got: Any) -> str:
-    if isinstance(got, np.ndarray):
-        return f"a {got.dtype} array of shape {got.shape}"
-    text = " ".join(repr(got).split())
-    return f"{text if len(text) <= 40 else text[:37] + '...'} ({type(got).__name__})"

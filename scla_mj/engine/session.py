@@ -55,7 +55,7 @@ class Session:
         self._account = Account(simulation.config)
         self._recorder: RerunRecorder | None = None
         self._recorded: dict[str, Any] | None = None
-        self._whole = False
+        self._whole = self._asked = False
         self._place = run.path.stat()
 
     @property
@@ -116,6 +116,9 @@ class Session:
         simulation, next_decision = self._simulation, self.decisions % self._config.decisions + 1
         observe = self._recorder is not None or self._account.wants_activity(next_decision)
         record = simulation.step(observe=observe)
+        if not self._asked:
+            self._asked = True
+            _ = simulation.brain.snapshot(), simulation.brain.state()  # what is wrong with them ends the run here
         memory = None if self._recorder is None else self._memory(record)
         log.write(record)
         self._account.add(record, simulation.time_s)

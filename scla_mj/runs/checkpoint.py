@@ -94,14 +94,20 @@ def check_state(state: Any) -> None:
     """
     if not isinstance(state, dict):
         raise SclaError(f"a state is a dict, not {type(state).__name__}")
-    _packed(state, "", {})
+    arrays: dict[str, NDArray[Any]] = {}
+    json.dumps(_packed(state, "", arrays))
+    size = sum(array.nbytes for array in arrays.values())
+    if size > _MOST_BYTES / 2:
+        raise SclaError(f"its arrays have {size} bytes: a state has at most {_MOST_BYTES / 2:.0f}")
 
 
 def _packed(value: Any, where: str, arrays: dict[str, NDArray[Any]]) -> Any:
     """Return what JSON can hold, and collect the arrays by their place."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    if isinstance(value, np.ndarray) and value.dtype.kind in _ARRAY_KINDS:
+    if isinstance(value, np.bool_ | np.integer | np.floating) and isinstance(value.item(), bool | int | float):
+        return value.item()  # to the bit, as a plain number
+    if isinstance(value, np.ndarray) and not isinstance(value, np.ma.MaskedArray) and value.dtype.kind in _ARRAY_KINDS:
         arrays[where] = value
         return {_ARRAY: where}
     if isinstance(value, list):

@@ -66,7 +66,8 @@ def test_the_arrays_are_plain_numpy_and_the_rest_is_json(tmp_path):
         ({"a": [np.array([object()])]}, "a/0 is ndarray"),
         ({"a": {3: 1}}, "a has the key 3"),
         ({"a/b": 1}, "'a/b'"),
-        ({"a": np.int64(3)}, "a is int64"),
+        ({"a": np.complex128(3)}, "a is complex128"),
+        ({"a": np.ma.masked_array([1.0, 2.0], [True, False])}, "a is MaskedArray"),
         ([1], "a state is a dict, not list"),
     ],
 )
