@@ -141,13 +141,16 @@ def _describe(found: RunInspection) -> list[str]:
     lines.append(_SEALED if found.sealed else _UNSEALED)
     if found.verdict != "damaged" and not found.complete:
         from scla_mj.cli.run_command import resume_command
+        from scla_mj.engine.lock import is_in_use
 
         assert found.run is not None
         command, own = resume_command(found.path, found.run.config), ":" in found.run.config.brain
-        if own and not found.run.file(CHECKPOINT_NPZ).exists():
+        if is_in_use(found.path):
+            lines.append("another process is running it")
+        elif own and not found.run.file(CHECKPOINT_NPZ).exists():
             lines.append(f"no checkpoint: {command} starts it again, if its brain has state() and restore()")
         else:
-            lines.append(f"{command} continues it, if no process is running it")
+            lines.append(f"{command} continues it")
     return lines
 
 

@@ -13,6 +13,7 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments.campaign import Job, open_jobs, run_jobs
 from scla_mj.experiments.catalogue import CATALOGUE, Experiment
 from scla_mj.experiments.report import write_report
+from scla_mj.runs.atomic import is_still
 
 Watch = Callable[[int, int, Job | None], None]
 
@@ -44,11 +45,13 @@ def reproduce(
     _check(experiments)
     out = Path(out)
     with exclusive(out):
-        jobs = open_jobs(out, experiments)
+        place, jobs = out.stat(), open_jobs(out, experiments)
         watch(0, len(jobs), None)
         finished = iter(range(1, len(jobs) + 1))
         count = workers or os.cpu_count() or 1
         refusals = run_jobs(jobs, workers=count, watch=lambda job: watch(next(finished), len(jobs), job))
+        if not is_still(out, place):
+            raise SclaError(f"{out} was moved or removed while its runs were made: start again with where it is now")
         report = write_report(out, experiments, command=command)
     if refusals:
         raise SclaError(

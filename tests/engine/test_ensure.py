@@ -145,4 +145,6 @@ def test_of_a_run_that_is_going_on_inspect_says_what_is_sound_or_that_it_is_in_u
     codes = [code for code, _, _ in said]
     assert codes == [0] * 7 + [2, 0]
     assert "is in use: its files change while they are read" in said[7][2] and said[7][1] == ""
-    assert all("sound, unfinished" in out for code, out, _ in said if code == 0)
+    assert all(
+        "sound, unfinished" in out and "another process is running it" in out for code, out, _ in said if code == 0
+    )

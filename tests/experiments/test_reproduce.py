@@ -82,3 +82,13 @@ def test_a_smaller_scale_leaves_everything_else_and_a_configuration_that_can_run
     assert (small.seeds, small.config.epochs, small.config.decisions) == ((3,), epochs, 40)
     assert small.config.task.jump_epoch == min(11, epochs)
     assert small.at_scale(full.seeds, 14, 1000).config.task.jump_target == full.config.task.jump_target
+
+
+def test_a_folder_that_is_moved_while_its_runs_are_made_gets_no_report_in_its_old_place(tmp_path):
+    def move(done, total, job):
+        if job is None:
+            (tmp_path / "out").rename(tmp_path / "moved")
+
+    with pytest.raises(SclaError, match="was moved or removed while its runs were made"):
+        reproduce([dataclasses.replace(MINE, seeds=(0,))], tmp_path / "out", workers=1, watch=move)
+    assert not list(tmp_path.rglob("report.html"))
