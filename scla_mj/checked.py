@@ -11,7 +11,7 @@ from scla_mj.clock import Clock, resolve_clock
 from scla_mj.config import RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
-from scla_mj.markov import ceiling_hits_per_1000
+from scla_mj.markov import ceiling_hits_per_1000, chance_hits_per_1000
 from scla_mj.validation import shown, validated
 
 
@@ -77,13 +77,24 @@ class CheckedConfig:
         """Return what the best policy earns in that epoch: by search, or under action noise by value iteration."""
         return self._ceilings[self.has_jumped(epoch)]
 
+    def chance_hits_per_1000(self, epoch: int = 1) -> float:
+        """Return what a brain earns in that epoch that has learned nothing of what the protocol asks for."""
+        return self._chances[self.has_jumped(epoch)]
+
     @functools.cached_property
     def _ceilings(self) -> tuple[float, float]:
+        return self._of_both_targets(ceiling_hits_per_1000)
+
+    @functools.cached_property
+    def _chances(self) -> tuple[float, float]:
+        return self._of_both_targets(chance_hits_per_1000)
+
+    def _of_both_targets(self, earned: Callable[..., float]) -> tuple[float, float]:
         task, protocol = self.config.task, self.config.protocol
-        first = ceiling_hits_per_1000(self._first, protocol, action_noise=task.action_noise)
+        first = earned(self._first, protocol, action_noise=task.action_noise)
         if self._later is self._first:
             return first, first
-        return first, ceiling_hits_per_1000(self._later, protocol, action_noise=task.action_noise)
+        return first, earned(self._later, protocol, action_noise=task.action_noise)
 
     def _after_jump(self) -> Grid:
         task = self.config.task

@@ -22,6 +22,33 @@ def uniform_policy(grid: Grid) -> NDArray[np.float64]:
     return np.full((*grid.cells, len(Action)), 1.0 / len(Action))
 
 
+def coin_policy(grid: Grid) -> NDArray[np.float64]:
+    """Return the policy (W, H, 4) of SCLA whose network has learned nothing, and whose automata are perfect.
+
+    Where the target is sensed a coin chooses between the two wired moves, towards it and straight away; everywhere else
+    every shortest path is as likely.
+    """
+    policy = np.zeros((*grid.cells, len(Action)))
+    for cell in grid.open_cells():
+        sensed = grid.sensed_from(cell)
+        if sensed is not None:
+            good = [sensed, sensed.opposite]
+        else:
+            good = [action for action, beyond in grid.neighbours(cell) if grid.distances[beyond] < grid.distances[cell]]
+        policy[cell.x - 1, cell.y - 1, good] = 1.0 / max(len(good), 1)
+    return policy
+
+
+def chance_hits_per_1000(grid: Grid, protocol: StartProtocol, *, action_noise: float = 0.0) -> float:
+    """Return what is earned by a brain that has learned nothing of what the protocol asks for.
+
+    From any start that is the random walk. From next to the target it is `coin_policy`: there only the choice between
+    two wired motors is asked for, and one bit by chance is right every other time (1000 / 3 in the open).
+    """
+    policy = uniform_policy(grid) if protocol == "any-start" else coin_policy(grid)
+    return hits_per_1000(grid, protocol, policy @ _executed(action_noise))
+
+
 def hits_per_1000(grid: Grid, protocol: StartProtocol, policy: NDArray[np.float64]) -> float:
     """Return the long-run hits per 1000 decisions of a policy: 1000 over the mean number of moves to a hit.
 
@@ -110,8 +137,7 @@ def fewest_expected_moves(grid: Grid, *, action_noise: float) -> dict[Cell, floa
     cells = grid.open_cells()
     index = {cell: number for number, cell in enumerate(cells)}
     after = np.array([[index[grid.after(cell, action)] for action in Action] for cell in cells])
-    chance = np.full((len(Action), len(Action)), action_noise / (len(Action) - 1))
-    np.fill_diagonal(chance, 1.0 - action_noise)
+    chance = _executed(action_noise)
     moves = np.zeros(len(cells))
     for _ in range(_MOST_SWEEPS):
         improved = 1.0 + (moves[after] @ chance).min(axis=1)
@@ -121,6 +147,13 @@ def fewest_expected_moves(grid: Grid, *, action_noise: float) -> dict[Cell, floa
         moves = improved
     shortest = np.array([grid.distances[cell] for cell in cells])[after].argmin(axis=1)
     return _by_policies(grid, after, chance, shortest)
+
+
+def _executed(action_noise: float) -> NDArray[np.float64]:
+    """Return the probability of each executed action (columns) by the chosen one (rows)."""
+    chance = np.full((len(Action), len(Action)), action_noise / (len(Action) - 1))
+    np.fill_diagonal(chance, 1.0 - action_noise)
+    return chance
 
 
 def _by_policies(

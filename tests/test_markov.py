@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from scla_mj.grid import Action, Cell, Grid
-from scla_mj.markov import expected_moves, fewest_expected_moves, hits_per_1000, transition_matrix, uniform_policy
+from scla_mj.markov import (
+    chance_hits_per_1000,
+    coin_policy,
+    expected_moves,
+    fewest_expected_moves,
+    hits_per_1000,
+    transition_matrix,
+    uniform_policy,
+)
 
 PAPER = Grid((5, 5), Cell(3, 3), 0.3)
 
@@ -26,6 +34,28 @@ def test_a_random_walk_earns_31_58_from_any_start():
 
 def test_a_random_walk_from_next_to_the_target_takes_24_moves_and_earns_41_67():
     assert hits_per_1000(PAPER, "sensed-start", uniform_policy(PAPER)) == pytest.approx(1000 / 24, rel=1e-12)
+
+
+def test_a_coin_between_the_two_wired_motors_earns_a_third_of_sensed_start():
+    """m = 1 + (1 + m) / 2: a miss costs the move back."""
+    assert chance_hits_per_1000(PAPER, "sensed-start") == pytest.approx(1000 / 3, rel=1e-12)
+    assert chance_hits_per_1000(PAPER, "any-start") == hits_per_1000(PAPER, "any-start", uniform_policy(PAPER))
+
+
+def test_a_coin_that_bumps_into_a_wall_costs_no_move_back():
+    """A target in the middle of three cells: m = 1 + m / 2."""
+    assert chance_hits_per_1000(Grid((3, 1), Cell(2, 1), 0.3), "sensed-start") == pytest.approx(500.0)
+
+
+def test_from_any_start_a_coin_costs_two_moves_per_miss():
+    """Beside the target 3 moves instead of 1, so 2 more from everywhere: 4.5 moves per hit instead of 2.5."""
+    assert hits_per_1000(PAPER, "any-start", coin_policy(PAPER)) == pytest.approx(1000 / 4.5, rel=1e-12)
+
+
+def test_where_action_noise_says_everything_chance_is_the_random_walk():
+    assert chance_hits_per_1000(PAPER, "sensed-start", action_noise=0.75) == pytest.approx(1000 / 24, rel=1e-9)
+    noisy = [chance_hits_per_1000(PAPER, "sensed-start", action_noise=noise) for noise in (0.0, 0.1, 0.3)]
+    assert noisy == sorted(noisy, reverse=True)
 
 
 def test_perfect_next_to_the_target_and_random_elsewhere_is_the_papers_automaton():

@@ -97,6 +97,7 @@ def _content(found: RunInspection) -> dict[str, Any]:
         "decisions": found.made,
         "hits": found.hits,
         "percent_of_ceiling": found.percent_of_ceiling,
+        "percent_above_chance": found.percent_above_chance,
         "epochs": found.epochs,
         "summary": found.summary,
         "recording": found.recording,
@@ -138,6 +139,7 @@ def _describe(found: RunInspection) -> list[str]:
             lines.append(f"the wheels are crossed from epoch {config.task.crossed_epoch} on")
     if found.epochs:
         lines.append("hits per epoch: " + " ".join(str(epoch.hits) for epoch in found.epochs))
+    lines += _describe_skill(found)
     lines.append(_SEALED if found.sealed else _UNSEALED)
     if found.verdict != "damaged" and not found.complete:
         from scla_mj.cli.run_command import resume_command
@@ -151,6 +153,24 @@ def _describe(found: RunInspection) -> list[str]:
             lines.append(f"no checkpoint: {command} starts it again, if its brain has state() and restore()")
         else:
             lines.append(f"{command} continues it")
+    return lines
+
+
+def _describe_skill(found: RunInspection) -> list[str]:
+    """Return what the hits mean beside chance, and what does not depend on where the robot was put down."""
+    if found.run is None or found.percent_above_chance is None:
+        return []
+    from scla_mj.checked import check
+
+    chance = check(found.run.config).chance_hits_per_1000()
+    lines = [f"chance {chance:.2f} per 1000: {found.percent_above_chance:.1f} % of the way from chance to the ceiling"]
+    if found.summary is not None:
+        regrets = [epoch.regret_per_episode for epoch in found.summary.epochs]
+        for what, values in (
+            ("moves nearer, %", [f"{100 * epoch.share_nearer:.1f}" for epoch in found.summary.epochs]),
+            ("regret, moves per episode", ["-" if regret is None else f"{regret:.2f}" for regret in regrets]),
+        ):
+            lines.append(f"{what}: {' '.join(values)}")
     return lines
 
 

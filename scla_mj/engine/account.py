@@ -20,6 +20,8 @@ class _Epoch:
     epoch: int
     decisions: int = 0
     hits: int = 0
+    nearer: int = 0
+    beyond: int = 0
     mean_weights: list[float] | None = None
 
 
@@ -75,6 +77,9 @@ class Account:
         epoch = self._epochs.setdefault(record.epoch, _Epoch(record.epoch))
         epoch.decisions += 1
         epoch.hits += bool(record.hit)
+        gained = self._gained(record)
+        epoch.nearer += gained > 0
+        epoch.beyond += 1 - gained
         if record.activity is not None:
             epoch.mean_weights = record.activity.mean_weights.tolist()
         self._outcomes[record.move.outcome] += 1
@@ -94,7 +99,10 @@ class Account:
         """Return the figures so far of an epoch that has at least one decision."""
         count = self._epochs[epoch]
         means = None if count.mean_weights is None else tuple(count.mean_weights)
-        return epoch_summary(epoch, count.decisions, count.hits, self._checked.ceiling_hits_per_1000(epoch), means)
+        ceiling = self._checked.ceiling_hits_per_1000(epoch)
+        return epoch_summary(
+            epoch, count.decisions, count.hits, ceiling, means, nearer=count.nearer, beyond=count.beyond
+        )
 
     def state(self) -> dict[str, Any]:
         """Return everything that `restore` needs to continue from here."""
@@ -127,6 +135,7 @@ class Account:
             cells=config.grid.cells,
             target=config.grid.target,
             ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),
+            chance_hits_per_1000=self._checked.chance_hits_per_1000(),
             epochs=tuple(map(self.epoch, self._epochs)),
             transitions=Transitions(
                 commanded=self.decisions,
@@ -139,6 +148,11 @@ class Account:
             wall_s=self._wall_s(),
             localisation=self._beliefs.summary(),
         )
+
+    def _gained(self, record: DecisionRecord) -> int:
+        """Return by how many moves the target is nearer than before: on wheels 1, 0 or -1."""
+        distances = self._checked.grid(record.epoch).distances
+        return distances[record.move.before] - distances[record.move.after]
 
     def _wall_s(self) -> float:
         return time.perf_counter() - self._started

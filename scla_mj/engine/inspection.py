@@ -83,6 +83,18 @@ class RunInspection(NamedTuple):
         ceiling = sum(epoch.decisions * epoch.ceiling_hits_per_1000 / 1000 for epoch in self.epochs)
         return 100 * self.hits / ceiling if ceiling else None
 
+    @property
+    def percent_above_chance(self) -> float | None:
+        """How far the hits are on the way from chance to the ceiling, in per cent; None before the first decision."""
+        if self.run is None or not self.made:
+            return None
+        checked = check(self.run.config)
+        chance, ceiling = (
+            sum(epoch.decisions * of(epoch.epoch) / 1000 for epoch in self.epochs)
+            for of in (checked.chance_hits_per_1000, checked.ceiling_hits_per_1000)
+        )
+        return 100 * (self.hits - chance) / (ceiling - chance)
+
     def sentence(self) -> str:
         """Return the verdict in one line."""
         return f"{self.path}: {self._damage() or self._difference() or self._state()}"

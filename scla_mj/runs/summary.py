@@ -16,8 +16,12 @@ from scla_mj.validation import Section, validated
 class EpochSummary(Section):
     """What one epoch earned, and the ceiling of its arena.
 
-    `moves_per_hit` is None where nothing was hit; `mean_weights`, one per projection at the epoch's end (some decisions
-    before, where it was cut short: see runs/history.py), is None for a brain without synapses.
+    `moves_nearer` counts the moves that came nearer to the target, `share_nearer` is their share of the decisions.
+    `moves_beyond` are the moves that a shortest path would have saved: 1 for a move that came no nearer, 2 for one that
+    went away; `regret_per_episode` is that over the hits. Both are of the true cells, and free of the luck of the draw
+    that hits have. `moves_per_hit` and `regret_per_episode` are None where nothing was hit. `mean_weights`, one per
+    projection at the epoch's end (some decisions before, where it was cut short: see runs/history.py), is None for a
+    brain without synapses.
     """
 
     epoch: int
@@ -27,6 +31,10 @@ class EpochSummary(Section):
     moves_per_hit: float | None
     percent_of_ceiling: float
     ceiling_hits_per_1000: float
+    moves_nearer: int
+    share_nearer: float
+    moves_beyond: int
+    regret_per_episode: float | None
     mean_weights: tuple[float, ...] | None
 
 
@@ -53,8 +61,9 @@ class LocalisationSummary(Section):
 class Summary(Section):
     """The whole of `summary.json`.
 
-    `max_position_error_m` is the largest of the moves that ended on the wheels, failed ones among them; `localisation`
-    is None where the robot knows its pose from the simulator.
+    `ceiling_hits_per_1000` and `chance_hits_per_1000` are those of the first target: what a shortest path earns, and a
+    brain that has learned nothing (`scla_mj.markov`). `max_position_error_m` is the largest of the moves that ended on
+    the wheels, failed ones among them; `localisation` is None where the robot knows its pose from the simulator.
     """
 
     protocol: StartProtocol
@@ -62,6 +71,7 @@ class Summary(Section):
     cells: tuple[int, int]
     target: tuple[int, int]
     ceiling_hits_per_1000: float
+    chance_hits_per_1000: float
     epochs: tuple[EpochSummary, ...]
     transitions: Transitions
     max_position_error_m: float
@@ -76,6 +86,9 @@ def epoch_summary(
     hits: int,
     ceiling_hits_per_1000: float,
     mean_weights: tuple[float, ...] | None = None,
+    *,
+    nearer: int,
+    beyond: int,
 ) -> EpochSummary:
     """Return an epoch's figures from its counts; `decisions` is at least 1."""
     hits_per_1000 = 1000.0 * hits / decisions
@@ -87,6 +100,10 @@ def epoch_summary(
         moves_per_hit=decisions / hits if hits else None,
         percent_of_ceiling=100.0 * hits_per_1000 / ceiling_hits_per_1000,
         ceiling_hits_per_1000=ceiling_hits_per_1000,
+        moves_nearer=nearer,
+        share_nearer=nearer / decisions,
+        moves_beyond=beyond,
+        regret_per_episode=beyond / hits if hits else None,
         mean_weights=mean_weights,
     )
 

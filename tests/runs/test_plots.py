@@ -31,7 +31,7 @@ def mask(image, colour):
 def summary_of(hits, ceilings=()):
     summary = Account(check(RunConfig())).summary()
     own = ceilings or [400.0] * len(hits)
-    epochs = tuple(epoch_summary(n + 1, 1000, count, own[n]) for n, count in enumerate(hits))
+    epochs = tuple(epoch_summary(n + 1, 1000, count, own[n], nearer=0, beyond=0) for n, count in enumerate(hits))
     return type(summary)(**{**vars(summary), "epochs": epochs})
 
 

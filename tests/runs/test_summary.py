@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from scla_mj.checked import check
-from scla_mj.config import RunConfig
+from scla_mj.config import RunConfig, TaskConfig
 from scla_mj.engine.account import Account
 from scla_mj.errors import SclaError
+from scla_mj.grid import Cell
 from scla_mj.paths import SUMMARY_JSON
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.decisions import DecisionLog, read_decisions
@@ -17,8 +18,8 @@ from scla_mj.runs.summary import epoch_summary, read_summary, write_summary
 from scla_mj.signals import Localised, Outcome
 
 KEYS = (
-    "protocol seed cells target ceiling_hits_per_1000 epochs transitions max_position_error_m simulated_s wall_s "
-    "localisation"
+    "protocol seed cells target ceiling_hits_per_1000 chance_hits_per_1000 epochs transitions max_position_error_m "
+    "simulated_s wall_s localisation"
 )
 
 
@@ -35,7 +36,7 @@ def test_the_file_has_exactly_the_documented_keys(tmp_path, walk):
     assert list(content) == KEYS.split()
     assert list(content["epochs"][0]) == [
         "epoch", "decisions", "hits", "hits_per_1000", "moves_per_hit", "percent_of_ceiling",
-        "ceiling_hits_per_1000", "mean_weights",
+        "ceiling_hits_per_1000", "moves_nearer", "share_nearer", "moves_beyond", "regret_per_episode", "mean_weights",
     ]  # fmt: skip
     assert list(content["transitions"]) == ["commanded", "completed", "blocked", "failed"]
     assert (content["cells"], content["target"], content["wall_s"]) == ([5, 5], [3, 3], 0.25)
@@ -59,11 +60,36 @@ def test_the_counts_are_those_of_the_decisions_table(tmp_path, walk):
 
 
 def test_the_papers_automaton_makes_28_75_percent_and_8_70_moves_a_hit():
-    epoch = epoch_summary(1, 1000, 115, 400.0)
+    epoch = epoch_summary(1, 1000, 115, 400.0, nearer=300, beyond=1150)
     assert (epoch.hits_per_1000, epoch.percent_of_ceiling) == (115.0, 28.75)
     assert epoch.moves_per_hit == pytest.approx(8.6957, abs=1e-4)
-    short = epoch_summary(2, 250, 100, 400.0)
+    assert (epoch.share_nearer, epoch.regret_per_episode) == (0.3, 10.0)
+    short = epoch_summary(2, 250, 100, 400.0, nearer=250, beyond=0)
     assert (short.hits_per_1000, short.percent_of_ceiling, short.moves_per_hit) == (400.0, 100.0, 2.5)
+
+
+def test_the_regret_of_whole_episodes_is_their_moves_beyond_the_shortest_path(walk):
+    """The walk starts every episode in the corner (1, 1), four moves away, and is cut after its last hit."""
+    records = list(walk(1, 3000))
+    records = records[: 1 + max(number for number, record in enumerate(records) if record.hit)]
+    epoch = tallied(records).epochs[0]
+    assert epoch.moves_beyond == len(records) - 4 * epoch.hits
+    assert epoch.regret_per_episode == pytest.approx(epoch.moves_per_hit - 4)
+
+    def away(cell):
+        return abs(cell.x - 3) + abs(cell.y - 3)
+
+    came_nearer = [away(record.move.after) < away(record.move.before) for record in records]
+    assert (epoch.moves_nearer, epoch.share_nearer) == (sum(came_nearer), np.mean(came_nearer))
+
+
+def test_moves_are_judged_by_the_target_of_their_epoch(walk):
+    config = RunConfig(epochs=2, task=TaskConfig(jump_epoch=2, jump_target=(1, 1)))
+    move = next(walk(1, 1)).move._replace(before=Cell(2, 1), after=Cell(1, 1))
+    record = next(walk(1, 1))._replace(move=move, hit=False)
+    summary = tallied([record, record._replace(epoch=2)], config)
+    assert [(epoch.moves_nearer, epoch.moves_beyond) for epoch in summary.epochs] == [(0, 2), (1, 0)]
+    assert [epoch.regret_per_episode for epoch in summary.epochs] == [None, None]
 
 
 def test_an_epoch_without_a_hit_has_no_moves_per_hit(tmp_path, walk):
