@@ -30,7 +30,7 @@ class Reproduce:
     path: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")] = None
     """Folder for the runs and the report."""
     only: tuple[str, ...] = _EVERYTHING
-    """Experiments or groups (paper, comparison, world, ablation) to run."""
+    """Experiments or groups (paper, comparison, ladder, world, ablation) to run."""
     workers: int = os.cpu_count() or 1
     """Runs in parallel; their number changes no bit of any result."""
     seeds: int | None = None

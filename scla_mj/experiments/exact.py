@@ -6,7 +6,7 @@ import numpy as np
 
 from scla_mj.experiments import paper
 from scla_mj.grid import Action, Cell, Grid, StartProtocol
-from scla_mj.markov import hits_per_1000, uniform_policy
+from scla_mj.markov import coin_policy, hits_per_1000, uniform_policy
 
 _CELL_M = 1.0  # arithmetic on cells: their size does not matter
 
@@ -25,6 +25,11 @@ def random_walk(protocol: StartProtocol, grid: Grid | None = None) -> float:
     """Return a random walk's hits per 1000, by default in the paper's arena."""
     grid = grid or paper_grid()
     return hits_per_1000(grid, protocol, uniform_policy(grid))
+
+
+def coin(protocol: StartProtocol) -> float:
+    """Return the hits per 1000 of a network that chooses by a coin and automata that are perfect."""
+    return hits_per_1000(paper_grid(), protocol, coin_policy(paper_grid()))
 
 
 def next_to_the_target() -> float:

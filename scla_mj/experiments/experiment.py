@@ -10,16 +10,23 @@ from typing import Any, Literal, NamedTuple
 from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
-Group = Literal["paper", "comparison", "world", "ablation"]
-Statistic = Literal["mean hits per 1000", "mean percent of ceiling", "worst seed percent of ceiling", "interval holds"]
+Group = Literal["paper", "comparison", "ladder", "world", "ablation"]
+Statistic = Literal[
+    "mean hits per 1000",
+    "mean percent of ceiling",
+    "worst seed percent of ceiling",
+    "equivalent hits per 1000",
+    "equivalent percent of ceiling",
+]
 
 
 class Target(NamedTuple):
     """What a result must reach over epochs `first_epoch` to `last_epoch`.
 
     The statistic is the mean over seeds of hits per 1000 decisions or of the percent of ceiling, or the worst seed's;
-    it must lie in [low, high]. For "interval holds" the 95 % interval of the mean hits per 1000 must hold low and high.
-    `rivals` name experiments of the same report: the best of their means over the same epochs is then the low end.
+    it must lie in [low, high]. `rivals` name experiments of the same report: the best of their means over the same
+    epochs is then the low end. For an equivalence the 90 % interval of the mean, or of its difference from that of the
+    one rival, must lie within low and high (`statistics.equivalence`).
     """
 
     text: str

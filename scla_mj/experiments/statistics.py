@@ -21,6 +21,8 @@ BOOTSTRAP_RESAMPLES: Final = 9999
 """Resamples of an interval: its ends then move by less than a hundredth of its width between generators."""
 PERMUTATIONS: Final = 200_000
 """At or above C(20, 10) = 184 756, so that ten seeds against ten are tested over every split, exactly."""
+TEST_LEVEL: Final = 0.05
+"""Of each of the two one-sided tests of equivalence, whose interval therefore has 90 %."""
 MASTERY: Final = 0.9
 """The share of the ceiling that counts as having learned."""
 WINDOW_DECISIONS: Final = 200
@@ -43,6 +45,15 @@ class Curve(NamedTuple):
     mean: Array
     low: Array
     high: Array
+
+
+class Equivalence(NamedTuple):
+    """How far two means are apart, with the interval that must lie within the margin, and the larger one-sided p."""
+
+    difference: float
+    low: float
+    high: float
+    p_value: float
 
 
 class Difference(NamedTuple):
@@ -112,6 +123,11 @@ def percent_of_ceiling(hits_per_1000: Array, ceilings: Array) -> Array:
     return np.asarray(100.0 * hits_per_1000 / ceilings)
 
 
+def percent_above_chance(hits_per_1000: Array, chances: Array, ceilings: Array) -> Array:
+    """Return 100 * (hits - chance) / (ceiling - chance), by epoch (epochs,)."""
+    return np.asarray(100.0 * (hits_per_1000 - chances) / (ceilings - chances))
+
+
 def moves_per_hit(hits_per_1000: Array) -> Array:
     """Return 1000 / hits per 1000 decisions: infinite where nothing was hit."""
     hits = np.asarray(hits_per_1000, dtype=np.float64)
@@ -151,6 +167,28 @@ def compare(values: Array, baseline: Array, *, rng: np.random.Generator | int = 
         hedges_g(values, baseline),
         cliffs_delta(values, baseline),
     )
+
+
+def equivalence(values: Array, reference: Array | float, margin: float) -> Equivalence:
+    """Test whether a mean differs by less than `margin` from another sample's, or from an exact value.
+
+    Two one-sided t tests (Schuirmann 1987, J. Pharmacokinet. Biopharm. 15, 657), Welch's for two samples. Both reject
+    at `TEST_LEVEL` if and only if the interval lies within the margin. All but the difference is NaN for a single seed.
+    """
+    samples = [np.asarray(values, dtype=np.float64)]
+    samples += [] if isinstance(reference, float | int) else [np.asarray(reference, dtype=np.float64)]
+    difference = float(samples[0].mean() - np.mean(reference))
+    if min(map(len, samples)) < 2:
+        return Equivalence(difference, math.nan, math.nan, math.nan)
+    parts = [float(sample.var(ddof=1)) / len(sample) for sample in samples]
+    error = math.sqrt(sum(parts))
+    if error == 0.0:
+        return Equivalence(difference, difference, difference, 0.0 if abs(difference) < margin else 1.0)
+    squares = sum(part**2 / (len(sample) - 1) for part, sample in zip(parts, samples, strict=True))
+    freedom = sum(parts) ** 2 / squares
+    half = float(special.stdtrit(freedom, 1.0 - TEST_LEVEL)) * error
+    p_value = float(special.stdtr(freedom, (abs(difference) - margin) / error))
+    return Equivalence(difference, difference - half, difference + half, p_value)
 
 
 def hedges_g(values: Array, baseline: Array) -> float:

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy import stats
 from synthetic_out import learning, write_runs
 
 from scla_mj.config import RunConfig
@@ -44,6 +45,8 @@ EXPERIMENTS = (
     Experiment("scalar", "ablation", "one dopamine", "Enough?",
                with_settings(SENSED, plasticity={"modulation": "scalar"}), THREE, "scla-sensed"),
     Experiment("noisy", "world", "p = 0.3", "Astray?", with_settings(BASE, task={"action_noise": 0.3}), THREE),
+    Experiment("crossed", "world", "crossed", "Reward?", with_settings(BASE, task={"crossed_epoch": 2}), THREE),
+    Experiment("rung", "ladder", "a step", "Who?", with_settings(BASE, brain="dyna-q"), THREE, "scla-any"),
     Experiment("killed", "ablation", "killed", "?", with_settings(BASE, automaton={"reward_rate": 0.9}), THREE),
 )  # fmt: skip
 SKILLS = {"automaton-any": 0.2, "random-any": 0.0, "no-rule": 0.6, "noisy": 1.0}
@@ -113,15 +116,50 @@ def test_verdicts_say_what_was_reached_missed_and_not_measured(out):
     assert rows[2]["measured"] == rows[4]["measured"] == ""
 
 
-def test_an_interval_that_holds_the_truth_reaches_its_target(study):
-    walk = next(item for item in study.evidence if item.experiment.name == "random-any")
-    mean = walk.hits.mean()
-    for low, reached in ((mean, True), (mean + 500.0, False)):
-        assert judge(study, walk, Target("", 1, 4, "interval holds", low, low)).reached is reached
-    large = next(item for item in study.evidence if item.experiment.name == "large")
-    assert (
-        judge(study, large, Target("", 1, 4, "interval holds", 0.0, 0.0)).reached is False
-    )  # one seed has no interval
+def test_an_equivalence_is_reached_where_the_ninety_percent_interval_lies_within_the_margin(study):
+    walk, large = study.named("random-any"), study.named("large")
+    seeds = walk.over(1, 4).hits
+    low, high = stats.t.interval(0.9, len(seeds) - 1, seeds.mean(), stats.sem(seeds))
+    for margin, reached in ((high - low, True), ((high - low) / 3, False)):
+        target = Target("", 1, 4, "equivalent hits per 1000", seeds.mean() - margin, seeds.mean() + margin)
+        verdict = judge(study, walk, target)
+        assert verdict.reached is reached
+        assert (verdict.measured, *verdict.interval) == pytest.approx((seeds.mean(), low, high))
+    assert judge(study, walk, Target("", 1, 4, "equivalent hits per 1000", 500.0, 510.0)).reached is False
+    assert judge(study, large, Target("", 1, 4, "equivalent hits per 1000", 0.0, 1e6)).reached is False  # one seed
+
+
+def test_an_equivalence_with_a_rival_is_of_the_difference(study):
+    scla, other = study.evidence[0], study.named("scla-sensed")
+    wanted = Target("", 1, 4, "equivalent percent of ceiling", -30.0, 30.0, rivals=("scla-sensed",))
+    verdict = judge(study, scla, wanted)
+    difference = scla.over(1, 4).percent.mean() - other.over(1, 4).percent.mean()
+    assert verdict.reached and verdict.measured == pytest.approx(difference)
+    assert judge(study, scla, wanted._replace(low=-1e-3, high=1e-3)).reached is False
+    assert judge(study, scla, wanted._replace(low=90.0, high=99.0)).reached is False
+    assert judge(study, scla, wanted._replace(rivals=("absent",))).reached is None
+
+
+def test_the_ladder_and_other_bodies_have_chapters_and_tests_of_their_own(out, study):
+    assert [row["brain"] for row in read_csv(out, "table-ladder-any-start")] == ["a step"]
+    assert {row["experiment"] for row in read_csv(out, "table-tests-ladder")} == {"a step"}
+    rows = read_csv(out, "table-bodies-crossed-2-any-start")
+    assert [(row["world"], row["epochs"]) for row in rows] == [("crossed", "3–4")]
+    assert "crossed" not in {row["world"] for row in read_csv(out, "table-worlds")}
+    text = (out / "report.md").read_text(encoding="utf-8")
+    assert text.index("## The ladder") < text.index("## Other bodies") < text.index("## Ablations")
+
+
+def test_the_tables_correct_for_chance_and_show_what_start_cells_cannot_disturb(out, study):
+    rows = {row["brain"]: row for row in read_csv(out, "table-brains-any-start")}
+    item = study.evidence[0]
+    hits = hits_by_hand(out, EXPERIMENTS[0])[:, 1:].mean()
+    row = rows[EXPERIMENTS[0].title]
+    assert float(row["above chance, %"]) == pytest.approx(100 * (hits - 31.5789) / (400 - 31.5789), abs=1e-3)
+    assert (float(row["moves nearer, %"]), float(row["regret"])) == (100.0, 0.0)  # as the synthetic moves are
+    assert item.chances == pytest.approx([31.5789] * 4, abs=1e-4)
+    assert study.named("scla-sensed").chances == pytest.approx([333.333] * 4, abs=1e-3)
+    assert "ceiling 1000.00, chance 333.33" in (out / "report.md").read_text(encoding="utf-8")
 
 
 def test_a_rival_sets_the_low_end_and_a_missing_one_leaves_the_target_open(study):

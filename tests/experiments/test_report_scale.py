@@ -104,7 +104,9 @@ def test_each_protocol_is_named_with_its_own_ceiling(tmp_path):
     both = scaled("scla-sensed-start"), scaled("scla-any-start")
     write(tmp_path, *both)
     said = setting(*gather(tmp_path, both).evidence)
-    assert said.startswith("Protocol sensed-start (ceiling 1000.00) and any-start (ceiling 400.00), in hits per 1000")
+    assert said.startswith(
+        "Protocol sensed-start (ceiling 1000.00, chance 333.33) and any-start (ceiling 400.00, chance 31.58), in hits per"
+    )
 
 
 def test_asking_for_another_experiment_keeps_the_first_in_the_report(tmp_path):

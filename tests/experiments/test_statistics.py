@@ -168,3 +168,40 @@ def test_holms_adjustment_is_his_own_step_down():
     assert st.holm(np.array([0.01, 0.04, 0.03, 0.005])) == pytest.approx([0.03, 0.06, 0.06, 0.02])
     assert st.holm(np.array([0.6, math.nan, 0.9]))[[0, 2]] == pytest.approx([1.0, 1.0])
     assert math.isnan(st.holm(np.array([0.6, math.nan]))[1])
+
+
+def test_equivalence_is_two_one_sided_welch_tests(rng):
+    one, other, margin = rng.normal(3.0, 1.0, 7), rng.normal(3.4, 2.5, 10), 2.0
+    found = st.equivalence(one, other, margin)
+    below = stats.ttest_ind(one, other + margin, equal_var=False, alternative="less").pvalue
+    above = stats.ttest_ind(one, other - margin, equal_var=False, alternative="greater").pvalue
+    assert found.p_value == pytest.approx(max(below, above))
+    interval = stats.ttest_ind(one, other, equal_var=False).confidence_interval(0.9)
+    assert (found.low, found.high) == pytest.approx((interval.low, interval.high))
+    assert found.difference == pytest.approx(one.mean() - other.mean())
+
+
+def test_equivalence_to_an_exact_value_is_two_one_sided_t_tests(rng):
+    values = rng.normal(115.0, 4.0, 10)
+    found = st.equivalence(values, 115.38, 6.0)
+    below = stats.ttest_1samp(values, 121.38, alternative="less").pvalue
+    above = stats.ttest_1samp(values, 109.38, alternative="greater").pvalue
+    assert found.p_value == pytest.approx(max(below, above))
+
+
+def test_means_exactly_a_margin_apart_pass_for_equivalent_at_most_one_time_in_twenty(rng):
+    samples = rng.normal(0.0, 1.0, (4000, 2, 10))
+    passed = [st.equivalence(one + 1.5, other, 1.5).p_value <= 0.05 for one, other in samples]
+    assert np.mean(passed) == pytest.approx(0.05, abs=0.012)
+
+
+def test_samples_that_do_not_vary_are_equivalent_or_not_and_one_seed_says_nothing():
+    same = np.full(10, 400.0)
+    assert st.equivalence(same, same, 1.0) == (0.0, 0.0, 0.0, 0.0)
+    assert st.equivalence(same, same + 2.0, 1.0).p_value == 1.0
+    assert np.isnan(st.equivalence(same[:1], same, 1.0).p_value)
+
+
+def test_percent_above_chance_runs_from_chance_to_the_ceiling():
+    found = st.percent_above_chance(np.array([1000 / 3, 1000.0, 0.0]), np.full(3, 1000 / 3), np.full(3, 1000.0))
+    assert found == pytest.approx([0.0, 100.0, -50.0])

@@ -85,7 +85,10 @@ def world_curves(key: str, items: Sequence[Evidence]) -> Figure:
     """Return the learning curves of worlds, each in percent of its own ceiling."""
     x = _epochs(items)
     lines = _epoch_lines(items, range(len(items)), percent=True)
-    return _curves(key, lines, [Level("ceiling", x, np.full(len(x), 100.0))], items, quantity="percent of ceiling")
+    crossed = {item.crossed_epoch for item in items if item.crossed_epoch > 1}
+    marks = [(epoch - 0.5, "the wheels are crossed") for epoch in sorted(crossed)]
+    level = Level("ceiling", x, np.full(len(x), 100.0))
+    return _curves(key, lines, [level], items, quantity="percent of ceiling", marks=marks)
 
 
 def _epochs(items: Sequence[Evidence]) -> Array:

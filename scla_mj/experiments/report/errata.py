@@ -32,7 +32,9 @@ def _policies() -> Table:
     rows: list[Row] = []
     for protocol in PROTOCOLS:
         ceiling = exact.paper_grid().ceiling_hits_per_1000(protocol)
-        earned = [("shortest path (the ceiling)", ceiling), ("random walk, a bump stays", exact.random_walk(protocol))]
+        earned = [("shortest path (the ceiling)", ceiling), ("random walk, a bump stays", exact.random_walk(protocol)),
+                  ("a coin between the two wired motors beside the target, shortest path elsewhere",
+                   exact.coin(protocol))]  # fmt: skip
         if protocol == "any-start":
             earned.append(("perfect next to the target, random elsewhere", exact.next_to_the_target()))
         rows += [(name, protocol, hits, 1000 / hits, 100 * hits / ceiling) for name, hits in earned]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.checked import CheckedConfig, check
+from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
@@ -52,6 +53,12 @@ class Stretch(NamedTuple):
     """As a table prints them."""
     hits: Array
     percent: Array
+    above_chance: Array
+    """Percent of the way from chance to the ceiling."""
+    nearer: Array
+    """Percent of the moves that came nearer to the target."""
+    regret: Array
+    """Moves beyond the shortest path per episode; infinite where nothing was hit."""
 
     @property
     def moves_per_hit(self) -> float:
@@ -95,6 +102,20 @@ class Evidence:
         return epoch if 0 < epoch <= self.epochs else 0
 
     @property
+    def crossed_epoch(self) -> int:
+        """The epoch from which the wheels are crossed, 0 for never."""
+        return self.experiment.config.task.crossed_epoch
+
+    @property
+    def body(self) -> str | None:
+        """What is special about the body, as a name: crossed wheels, disturbances, its own sensors; None if nothing."""
+        config = self.experiment.config
+        if self.crossed_epoch:
+            return f"crossed-{self.crossed_epoch}"
+        plain = config.disturbance == DisturbanceConfig() and config.localisation == "truth"
+        return None if plain else "disturbed"
+
+    @property
     def obstructed(self) -> bool:
         """Whether actions go astray or cells are closed."""
         config = self.experiment.config
@@ -116,20 +137,38 @@ class Evidence:
         return np.array([epoch.ceiling_hits_per_1000 for epoch in self.runs[0].summary.epochs])
 
     @cached_property
+    def chances(self) -> Array:
+        """What chance earns in every epoch (epochs,), in hits per 1000 decisions."""
+        return np.array([self.checked.chance_hits_per_1000(epoch) for epoch in range(1, self.epochs + 1)])
+
+    @cached_property
     def percent(self) -> Array:
         """Percent of each epoch's ceiling."""
         return statistics.percent_of_ceiling(self.hits, self.ceilings)
 
     def over(self, first: int, last: int) -> Stretch:
         """Return the epochs `first` to `last`, from 1 and inclusive."""
-        hits, percent = (statistics.span_means(values, first, last) for values in (self.hits, self.percent))
-        return Stretch(span_text(first, last), hits, percent)
+        above = statistics.percent_above_chance(self.hits, self.chances, self.ceilings)
+        rates, percent, above = (
+            statistics.span_means(values, first, last) for values in (self.hits, self.percent, above)
+        )
+        decisions, hits, nearer, beyond = self._counts[:, first - 1 : last].sum(axis=1).T
+        regret = np.divide(beyond, hits, out=np.full(len(hits), np.inf), where=hits > 0)
+        return Stretch(span_text(first, last), rates, percent, above, 100.0 * nearer / decisions, regret)
+
+    @cached_property
+    def _counts(self) -> Array:
+        """Decisions, hits, moves nearer and moves beyond (seeds, epochs, 4)."""
+        rows = [[(own.decisions, own.hits, own.moves_nearer, own.moves_beyond) for own in run.summary.epochs]
+                for run in self.runs]  # fmt: skip
+        return np.array(rows, dtype=np.float64)
 
     @cached_property
     def settled(self) -> Stretch:
-        """The last two thirds of the epochs; after a jump of the target, the epochs from the second one on."""
+        """The last two thirds of the epochs; after a jump or a crossing, the epochs from the second one on."""
         first, last = statistics.settled_span(self.epochs)
-        return self.over(min(max(first, self.jump_epoch + 1), last), last)
+        changed = max(self.jump_epoch, self.crossed_epoch if self.crossed_epoch > 1 else 0)
+        return self.over(min(max(first, changed + 1), last), last)
 
     @cached_property
     def early(self) -> Array:
@@ -174,6 +213,14 @@ class Study:
             for protocol in PROTOCOLS
         ]
         return [(protocol, items) for protocol, items in parts if items]
+
+    def by_body(self) -> dict[str, list[Evidence]]:
+        """Return the measured worlds whose body is special, those of each body and protocol together."""
+        found: dict[str, list[Evidence]] = {}
+        for item in self.group("world"):
+            if item.body:
+                found.setdefault(f"{item.body}-{item.experiment.config.protocol}", []).append(item)
+        return found
 
     def named(self, name: str | None) -> Evidence | None:
         """Return an experiment if it is measured."""

@@ -17,10 +17,11 @@ from scla_mj.experiments.report.wording import setting
 
 _SEEDS_OF_AN_EFFECT: Final = 3
 """Of fewer seeds an effect size says next to nothing: two against two lie wholly apart by chance one time in three."""
-_IN_PERCENT: Final = {"epoch 1, %": 1, "settled, %": 2, INTERVAL: 2, "worst seed, %": 1}
+_SKILL: Final = {"above chance, %": 1, "moves nearer, %": 2, "regret": 2}
+_IN_PERCENT: Final = {"epoch 1, %": 1, "settled, %": 2, INTERVAL: 2, "worst seed, %": 1, **_SKILL}
 _SPEED: Final = {"decisions to 90 %": 0, "reached by": None, "epochs": None, "seeds": 0}
 _COLUMNS: Final[dict[str, dict[str, int | None]]] = {
-    "brain": {"epoch 1": 1, "settled": 2, INTERVAL: 2, "% of ceiling": 1, "moves per hit": 2, **_SPEED},
+    "brain": {"epoch 1": 1, "settled": 2, INTERVAL: 2, "% of ceiling": 1, "moves per hit": 2, **_SKILL, **_SPEED},
     "world": {"ceiling": 2, **_IN_PERCENT, "moves per hit": 2, **_SPEED},
     "ablation": {"what it asks": None, **_IN_PERCENT, **_SPEED},
 }
@@ -48,6 +49,9 @@ def _measures(item: Evidence, *, percent: bool) -> dict[str, Cell]:
         "worst seed, %": settled.percent.min(),
         "% of ceiling": settled.percent.mean(),
         "moves per hit": settled.moves_per_hit,
+        "above chance, %": settled.above_chance.mean(),
+        "moves nearer, %": settled.nearer.mean(),
+        "regret": settled.regret.mean(),
         "decisions to 90 %": decisions,
         "reached by": reached,
         "epochs": settled.epochs,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from scla_mj.experiments import statistics
 from scla_mj.experiments.experiment import Target
 from scla_mj.experiments.report.evidence import Array, Evidence, Study
 from scla_mj.experiments.report.tables import INTERVAL, Interval, Row, Table, measured, span_text
@@ -34,15 +35,22 @@ def judge(study: Study, evidence: Evidence, target: Target) -> Verdict:
     if not all(_covers(item, target) for item in (evidence, *rivals)):
         return Verdict(evidence, target)
     seeds = _seed_means(evidence, target)
+    if target.statistic.startswith("equivalent"):
+        return _equivalence(evidence, target, seeds, [_seed_means(rival, target) for rival in rivals if rival])
     if rivals:
         target = target._replace(low=max(float(_seed_means(rival, target).mean()) for rival in rivals if rival))
     mean, interval = measured(seeds)
-    if target.statistic == "interval holds":
-        reached = interval is not None and bool(interval.low <= target.low and target.high <= interval.high)
-        return Verdict(evidence, target, mean, interval, reached)
     if target.statistic == "worst seed percent of ceiling":
         mean, interval = float(seeds.min()), None
     return Verdict(evidence, target, mean, interval, bool(target.low <= mean <= target.high))
+
+
+def _equivalence(evidence: Evidence, target: Target, seeds: Array, rivals: Sequence[Array]) -> Verdict:
+    """Judge by the 90 % interval; a single seed has none and reaches nothing."""
+    margin, middle = (target.high - target.low) / 2.0, (target.high + target.low) / 2.0
+    found = statistics.equivalence(seeds, rivals[0] + middle if rivals else middle, margin)
+    mean, low, high = (value + middle for value in found[:3])
+    return Verdict(evidence, target, mean, Interval(low, high), found.p_value <= statistics.TEST_LEVEL)
 
 
 def _covers(evidence: Evidence | None, target: Target) -> bool:
@@ -67,5 +75,6 @@ def _row(verdict: Verdict) -> Row:
     unknown = "not judged" if verdict.evidence.reduced else "not measured"
     word = {True: "reached", False: "missed", None: unknown}[verdict.reached]
     span = span_text(target.first_epoch, target.last_epoch)
-    wanted = f"{target.text}: {target.low:.1f}" if target.rivals and verdict.reached is not None else target.text
+    raised = target.rivals and verdict.reached is not None and not target.statistic.startswith("equivalent")
+    wanted = f"{target.text}: {target.low:.1f}" if raised else target.text
     return experiment.title, wanted, span, verdict.measured, verdict.interval, word

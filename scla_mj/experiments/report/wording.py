@@ -18,16 +18,22 @@ def seeds_text(seeds: Sequence[int]) -> str:
 
 
 def setting(*items: Evidence) -> str:
-    """Return the sentence that ends a caption: protocol, ceiling, seeds, epochs; a range where they differ."""
-    ceilings: dict[str, list[float]] = {}
+    """Return the sentence that ends a caption: protocol, ceiling, chance, seeds, epochs; a range where they differ."""
+    by_protocol: dict[str, list[Evidence]] = {}
     for item in items:
-        ceilings.setdefault(item.experiment.config.protocol, []).extend(item.ceilings.tolist())
-    protocols = " and ".join(f"{name} (ceiling {_several(own, '{:.2f}')})" for name, own in ceilings.items())
+        by_protocol.setdefault(item.experiment.config.protocol, []).append(item)
+    protocols = " and ".join(f"{name} ({_bounds(own)})" for name, own in by_protocol.items())
     epochs = _several([item.epochs for item in items])
     decisions = _several([item.experiment.config.decisions for item in items])
     seeds = " or ".join(dict.fromkeys(seeds_text(item.seeds) for item in items))
     span = f"{epochs} epoch{'' if epochs == '1' else 's'} of {decisions} decisions"
     return f"Protocol {protocols}, in hits per 1000 decisions; {seeds}; {span}."
+
+
+def _bounds(items: Sequence[Evidence]) -> str:
+    ceilings = [value for item in items for value in item.ceilings]
+    chances = [value for item in items for value in item.chances]
+    return f"ceiling {_several(ceilings, '{:.2f}')}, chance {_several(chances, '{:.2f}')}"
 
 
 def scale_text(experiments: Sequence[Experiment]) -> str:
