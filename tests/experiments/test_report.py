@@ -1,64 +1,21 @@
 """The report over a small OUT whose runs are known: its figures are theirs, and nothing is made up."""
 
-import csv
 import dataclasses
 import re
 
 import numpy as np
 import pytest
 from scipy import stats
-from synthetic_out import learning, write_runs
+from small_out import COMMAND, EXPERIMENTS, FOUR, THREE, fill, hits_by_hand, read_csv
+from synthetic_out import learning
 
-from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
-from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.experiment import Experiment, Target, with_settings
+from scla_mj.experiments.experiment import Target, with_settings
 from scla_mj.experiments.report import write_report
 from scla_mj.experiments.report.evidence import gather
 from scla_mj.experiments.report.results import shared_spans
 from scla_mj.experiments.report.verdicts import judge
-from scla_mj.runs.decisions import read_decisions
-
-COMMAND = "scla-mj reproduce OUT --only 'a & b'"
-BASE = RunConfig(epochs=4, decisions=300, telemetry="off")
-SENSED = with_settings(BASE, protocol="sensed-start")
-JUMP = with_settings(BASE, task={"jump_epoch": 3, "jump_target": (1, 5)})
-FOUR, THREE = (0, 1, 2, 3), (0, 1, 2)
-
-EXPERIMENTS = (
-    Experiment("scla-any", "paper", "SCLA <b>any</b> | start & more", "Does it learn?", BASE, FOUR, "automaton-any", (
-        Target("at least 5 % of | the ceiling", 2, 4, "mean percent of ceiling", 5.0),
-        Target("at most 1 hit", 1, 4, "mean hits per 1000", 0.0, 1.0),
-        Target("needs epoch 9", 9, 9, "mean hits per 1000", 0.0),
-    )),
-    Experiment("scla-sensed", "paper", "SCLA, sensed", "Does the network?", SENSED, FOUR),
-    Experiment("automaton-any", "paper", "automaton", "What alone?", with_settings(BASE, brain="automaton"), FOUR),
-    Experiment("random-any", "comparison", "random", "Chance?", with_settings(BASE, brain="random"), THREE, None,
-               (Target("no seed under 90 %", 1, 4, "worst seed percent of ceiling", 90.0),)),
-    Experiment("jump", "world", "the target jumps", "Without a hint?", JUMP, THREE),
-    Experiment("large", "world", "6x6", "Larger?", with_settings(BASE, grid={"cells": (6, 6)}), (7,)),
-    Experiment("no-rule", "ablation", "no local rule", "Needed?", with_settings(BASE, automaton={"local_rule": False}),
-               THREE, "scla-any"),
-    Experiment("absent", "ablation", "never run", "?", with_settings(BASE, automaton={"reward_rate": 0.1}), THREE,
-               "scla-any", (Target("anything", 1, 4, "mean hits per 1000", 0.0),)),
-    Experiment("scalar", "ablation", "one dopamine", "Enough?",
-               with_settings(SENSED, plasticity={"modulation": "scalar"}), THREE, "scla-sensed"),
-    Experiment("noisy", "world", "p = 0.3", "Astray?", with_settings(BASE, task={"action_noise": 0.3}), THREE),
-    Experiment("crossed", "world", "crossed", "Reward?", with_settings(BASE, task={"crossed_epoch": 2}), THREE),
-    Experiment("rung", "ladder", "a step", "Who?", with_settings(BASE, brain="dyna-q"), THREE, "scla-any"),
-    Experiment("killed", "ablation", "killed", "?", with_settings(BASE, automaton={"reward_rate": 0.9}), THREE),
-)  # fmt: skip
-SKILLS = {"automaton-any": 0.2, "random-any": 0.0, "no-rule": 0.6, "noisy": 1.0}
-
-
-def fill(out, experiments=EXPERIMENTS):
-    for experiment in experiments:
-        if experiment.name == "killed":
-            write_runs(out, experiment, learning(1.0), decisions=500)
-        elif experiment.name != "absent":
-            fixed = SKILLS.get(experiment.name)
-            write_runs(out, experiment, learning(1.5) if fixed is None else lambda epoch, skill=fixed: skill)
 
 
 @pytest.fixture(scope="module")
@@ -72,21 +29,6 @@ def out(tmp_path_factory):
 @pytest.fixture(scope="module")
 def study(out):
     return gather(out, EXPERIMENTS)
-
-
-def read_csv(out, name):
-    with (out / "csv" / f"{name}.csv").open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def hits_by_hand(out, experiment):
-    """Hits per 1000 (seeds, epochs), counted from the tables of decisions."""
-    rows = []
-    for seed in experiment.seeds:
-        table = read_decisions(run_folder(out, experiment, seed))
-        counts = np.bincount(table["epoch"].to_numpy(), table["hit"].to_numpy())[1:]
-        rows.append(1000 * counts / experiment.config.decisions)
-    return np.array(rows)
 
 
 def test_the_learning_curves_are_those_of_the_decisions(out):

@@ -105,7 +105,7 @@ def test_each_protocol_is_named_with_its_own_ceiling(tmp_path):
     write(tmp_path, *both)
     said = setting(*gather(tmp_path, both).evidence)
     assert said.startswith(
-        "Protocol sensed-start (ceiling 1000.00, chance 333.33) and any-start (ceiling 400.00, chance 31.58), in hits per"
+        "Protocol sensed-start (ceiling 1000.00, chance 333.33) and any-start (ceiling 400.00, chance 31.58), in hits"
     )
 
 
