@@ -6,10 +6,13 @@ import contextlib
 import os
 import signal
 import sys
+import threading
 from types import FrameType
 from typing import Final
 
 _ENDINGS: Final = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+_PATIENCE_S: Final = 5.0
+"""What a thread gets to come to its end after the work is done."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -19,7 +22,13 @@ def main(arguments: list[str] | None = None) -> int:
             signal.signal(number, _leave)
     from scla_mj.cli.main import main as run
 
-    return run(arguments)
+    code = run(arguments)
+    others = [thread for thread in threading.enumerate() if not thread.daemon and thread is not threading.main_thread()]
+    for thread in others:
+        thread.join(_PATIENCE_S)
+    if any(thread.is_alive() for thread in others):  # a user's brain started it; Python would wait for it for ever
+        os._exit(code)
+    return code
 
 
 def _leave(number: int, frame: FrameType | None) -> None:

@@ -53,6 +53,9 @@ def users_code(doing: str) -> Iterator[None]:
             os._exit(1)
         with contextlib.suppress(ValueError):
             sys.path.remove(home)
+        for name in ("stdout", "stderr"):
+            if getattr(getattr(sys, name), "closed", False):  # what is still said ends nowhere
+                setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
         _moved[home] = _working_directory()
         _go(home)
 

@@ -10,6 +10,7 @@ from typing import IO, Any, Final, Literal
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
@@ -58,7 +59,7 @@ _STYLE: Final[dict[Any, Any]] = {
 @contextmanager
 def canvas(width_in: float, height_in: float, rows: int = 1, columns: int = 1) -> Iterator[tuple[Figure, Any]]:
     """Yield a figure and its axes (rows, columns), in the shared style."""
-    with mpl.rc_context(_STYLE):
+    with style.context(["default", _STYLE]):  # whatever a matplotlibrc or a user's code has set
         figure = Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")
         yield figure, figure.subplots(rows, columns, squeeze=False)
 
@@ -69,7 +70,7 @@ def save(figure: Figure, file: IO[Any] | Path, *, kind: Literal["svg", "png"] = 
     `salt` makes the names inside an SVG differ from those of other figures on the same page.
     """
     none = dict.fromkeys(("Date", "Creator", "Format", "Type")) if kind == "svg" else {"Software": None}
-    with mpl.rc_context({**_STYLE, "svg.hashsalt": salt}):
+    with style.context(["default", {**_STYLE, "svg.hashsalt": salt}]):
         figure.savefig(file, format=kind, dpi=DPI, transparent=kind == "svg", metadata=none)
     figure.set_layout_engine("none")  # laid out once: the next file need not do it again
 

@@ -164,3 +164,22 @@ def test_messages_are_short_and_printed_whatever_they_are():
         "E: <its str() raises ZeroDivisionError>"
     )
     assert shown("x" * 100).startswith("'xxx")
+
+
+CLOSING = """
+import sys, threading
+import scla_mj.__main__ as start
+from scla_mj.brain.users_code import users_code
+
+start._PATIENCE_S = 0.1
+with users_code("it raised"):
+    sys.stdout.close()
+    threading.Thread(target=threading.Event().wait).start()
+print("nowhere")
+sys.exit(start.main(["--version"]))
+"""
+
+
+def test_closed_streams_and_threads_without_an_end_do_not_keep_a_command_from_its_end():
+    done = subprocess.run([sys.executable, "-c", CLOSING], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -1,5 +1,6 @@
 """The figures say what the data say: read off their pixels."""
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from PIL import Image
@@ -111,3 +112,11 @@ def test_grids_of_any_shape_and_runs_of_no_length_are_drawn(tmp_path, cells, tar
     plot_weights(tmp_path, WeightCurve(np.zeros(0, int), np.zeros(0), np.zeros((0, 8))), summary_of([]))
     plot_epochs(tmp_path, summary_of([]))
     assert {path.name for path in tmp_path.iterdir()} == {POLICY_PNG, WEIGHTS_PNG, EPOCHS_PNG}
+
+
+def test_a_figure_is_the_same_whatever_matplotlib_was_told_before(tmp_path):
+    plot_epochs(tmp_path, summary_of([100]))
+    plain = (tmp_path / EPOCHS_PNG).read_bytes()
+    with mpl.rc_context({"text.usetex": True, "figure.dpi": 1, "savefig.dpi": 1, "font.family": "monospace"}):
+        plot_epochs(tmp_path, summary_of([100]))
+    assert (tmp_path / EPOCHS_PNG).read_bytes() == plain
