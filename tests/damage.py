@@ -125,7 +125,7 @@ def make_runs(work: Path) -> None:
         if (record.epoch, record.decision) == _CUT_AT:
             shutil.copytree(work / "finished", work / "killed")
 
-    rollout(config, work / "finished", watch=copy, pictures=False, checkpoint_period_s=0.0)
+    rollout(config, work / "finished", watch=copy, checkpoint_period_s=0.0)
     shutil.copytree(work / "finished", work / "unsealed")
     (work / "unsealed" / paths.SEAL_JSON).unlink()
 
@@ -149,6 +149,11 @@ WAYS: Final = (
     *(Way("unsealed", name, "read", True, 50) for name in ("config.json", "summary.json")),
     *(Way("unsealed", name, "read", True, 100) for name in ("decisions.parquet", "brain.npz")),
     Way("unsealed", "recording.rrd", "inspect", False, 30),
+    *(Way("finished", name, "figures", True, 4) for name in
+      ("config.json", "summary.json", "decisions.parquet", "brain.npz", "seal.json", "epochs.png", "policy.png")),
+    *(Way("unsealed", name, "figures", True, 4) for name in
+      ("config.json", "summary.json", "brain.npz", "weights.png")),
+    *(Way("finished", name, "inspect", True, 3) for name in paths.FIGURES),
     Way("killed", "config.json", "read", True, 20),
     Way("killed", "decisions.partial.arrows", "read", True, 100),
     Way("killed", "checkpoint.npz", "read", True, 120),
@@ -202,6 +207,8 @@ def seen(run: Path, way: Way) -> tuple[str, Any]:
     code, out, err = call(way.open, str(run))
     if code == 0 and way.open == "resume":
         return "opened", [(run / name).read_bytes() for name in (paths.DECISIONS_PARQUET, paths.BRAIN_NPZ)]
+    if code == 0 and way.open == "figures":
+        return "opened", [(run / name).read_bytes() for name in paths.FIGURES]
     return ("opened", out) if code == 0 else ("refused", err.splitlines()[-1] if err else out.splitlines()[0])
 
 
