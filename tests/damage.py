@@ -26,6 +26,7 @@ from scla_mj.runs.summary import read_summary
 
 Random = np.random.Generator
 _GIANT: Final = [2**31 - 1, 2**32 - 1, 2**40, 2**63 - 1, 2**64 - 1]
+FIGURES: Final = (paths.EPOCHS_PNG, paths.WEIGHTS_PNG, paths.POLICY_PNG)
 _SHAPE: Final = {"epochs": 3, "decisions": 80}
 _CUT_AT: Final = (3, 50)
 """Epoch and decision where the killed run's folder is copied: two batches and the recording's first columns are out."""
@@ -153,7 +154,7 @@ WAYS: Final = (
       ("config.json", "summary.json", "decisions.parquet", "brain.npz", "seal.json", "epochs.png", "policy.png")),
     *(Way("unsealed", name, "figures", True, 4) for name in
       ("config.json", "summary.json", "brain.npz", "weights.png")),
-    *(Way("finished", name, "inspect", True, 3) for name in paths.FIGURES),
+    *(Way("finished", name, "inspect", True, 3) for name in FIGURES),
     Way("killed", "config.json", "read", True, 20),
     Way("killed", "decisions.partial.arrows", "read", True, 100),
     Way("killed", "checkpoint.npz", "read", True, 120),
@@ -208,7 +209,7 @@ def seen(run: Path, way: Way) -> tuple[str, Any]:
     if code == 0 and way.open == "resume":
         return "opened", [(run / name).read_bytes() for name in (paths.DECISIONS_PARQUET, paths.BRAIN_NPZ)]
     if code == 0 and way.open == "figures":
-        return "opened", [(run / name).read_bytes() for name in paths.FIGURES]
+        return "opened", [(run / name).read_bytes() for name in FIGURES]
     return ("opened", out) if code == 0 else ("refused", err.splitlines()[-1] if err else out.splitlines()[0])
 
 

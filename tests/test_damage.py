@@ -12,7 +12,9 @@ SEED = 0
 
 
 def numbers(opened, count):
-    """The first cases of the seed that are opened that way."""
+    """The first cases of the seed that are opened that way, none if this version has no such command."""
+    if opened not in {way.open for way in damage.ways()}:
+        return []
     return list(itertools.islice((n for n in itertools.count() if damage.way_of(SEED, n).open == opened), count))
 
 
@@ -28,7 +30,9 @@ def truths():
     return {}
 
 
-@pytest.mark.parametrize("number", [*numbers("read", 100), *numbers("inspect", 3), *numbers("resume", 2)])
+@pytest.mark.parametrize(
+    "number", [*numbers("read", 100), *numbers("inspect", 3), *numbers("resume", 2), *numbers("figures", 2)]
+)
 def test_a_damaged_file_is_never_taken_for_sound_and_never_ends_in_a_traceback(work, truths, number):
     case = damage.try_case(work, SEED, number, truths)
     assert case.outcome in damage.GOOD, case
