@@ -120,8 +120,10 @@ class RunInspection(NamedTuple):
         return f"{sealed}, {head}{earned}{compared}"
 
 
-def inspect_run(path: Path, *, recording: bool = True) -> RunInspection:
+def inspect_run(path: Path, *, recording: bool = True, held: bool = False) -> RunInspection:
     """Read every file of a run, each checked against the seal before its reader sees it; `recording` reads that too.
+
+    `held` says that nobody else can change the files, as the caller holds the run (`scla_mj.engine.lock`).
 
     Raises:
         SclaError: the folder holds no run, or another process runs it and what was read does not fit.
@@ -129,7 +131,7 @@ def inspect_run(path: Path, *, recording: bool = True) -> RunInspection:
     path = checked_path(path, "RUN")
     if not path.is_dir() or not any(is_run_file(entry.name) for entry in path.iterdir()):
         open_run(path)
-    running = is_in_use(path)
+    running = not held and is_in_use(path)
     found = _inspected(path, recording=recording)
     if running and found.verdict != "sound":
         raise SclaError(
