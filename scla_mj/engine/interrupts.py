@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -52,6 +53,8 @@ def held_back() -> Iterator[Callable[[], None]]:
             signal.signal(number, handler)
 
     def hold(number: int, frame: FrameType | None) -> None:
+        if number == HANGUP:
+            _leave_terminal()
         if number != HANGUP or not pending:
             restore()
             if HANGUP in before:
@@ -74,5 +77,18 @@ def held_back() -> Iterator[Callable[[], None]]:
         restore()
 
 
+def _leave_terminal() -> None:
+    """Write no more to a terminal that has closed: the error would end what is to end in order."""
+    for descriptor in (1, 2):
+        try:
+            os.write(descriptor, b"")
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, descriptor)
+            os.close(nowhere)
+
+
 def _stop(number: int, frame: FrameType | None) -> None:
+    if number == HANGUP:
+        _leave_terminal()
     raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)

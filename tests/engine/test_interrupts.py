@@ -1,6 +1,7 @@
 """Ctrl-C and SIGTERM during a rollout: the decision is finished, and everything complete is on disk and agrees."""
 
 import os
+import pty
 import signal
 import subprocess
 import sys
@@ -96,6 +97,31 @@ def test_a_closing_terminal_never_cuts_a_decision_and_nohup_is_respected():
             let_through()
     finally:
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+IN_A_TERMINAL = """
+import signal, sys
+from scla_mj.engine.interrupts import held_back, terminable
+
+try:
+    with terminable(), held_back() as let_through:
+        print("decides", flush=True)
+        signal.pause()
+        print("a bar moves on", flush=True)
+        let_through()
+except KeyboardInterrupt as stop:
+    print("how it is resumed", flush=True)
+    sys.exit(128 + stop.args[0])
+"""
+
+
+def test_what_is_said_after_the_terminal_has_closed_does_no_harm():
+    process, terminal = pty.fork()
+    if process == 0:
+        os.execv(sys.executable, [sys.executable, "-c", IN_A_TERMINAL])
+    assert os.read(terminal, 100).startswith(b"decides")
+    os.close(terminal)
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 128 + signal.SIGHUP
 
 
 STARTING = """
