@@ -17,6 +17,7 @@ CHECKPOINT_NPZ: Final = "checkpoint.npz"
 EPOCHS_PNG: Final = "epochs.png"
 WEIGHTS_PNG: Final = "weights.png"
 POLICY_PNG: Final = "policy.png"
+FIGURES: Final = (EPOCHS_PNG, WEIGHTS_PNG, POLICY_PNG)
 RECORDING_RRD: Final = "recording.rrd"
 SEAL_JSON: Final = "seal.json"
 LOCK: Final = ".lock"

@@ -5,4 +5,5 @@ import sys
 from scla_mj.__main__ import main
 
 if __name__ == "__main__":
-    sys.exit(main(["rollout", *sys.argv[1:]]))
+    sys.argv.insert(1, "rollout")
+    sys.exit(main())

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import logging
-import os
 import signal
 import sys
 from typing import Final
 
 from scla_mj import __version__
 from scla_mj.cli.bench import Bench, bench_command
+from scla_mj.cli.figures import Figures
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
+from scla_mj.cli.output import exit_code, make_harmless
 from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
@@ -20,32 +20,36 @@ from scla_mj.collector import collect_rarely
 from scla_mj.engine.interrupts import Terminated
 from scla_mj.errors import SclaError
 
-COMMANDS: Final = {"rollout": Rollout, "resume": Resume, "inspect": Inspect, "reproduce": Reproduce, "bench": Bench}
-_EXIT_BROKEN_PIPE: Final = 141
+COMMANDS: Final = {
+    "rollout": Rollout,
+    "resume": Resume,
+    "inspect": Inspect,
+    "figures": Figures,
+    "reproduce": Reproduce,
+    "bench": Bench,
+}
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0 done, 2 bad input, 129 terminal closed, 130 interrupted, 141 nobody reads the output any more, 143 terminated.
+    0 done, 2 bad input, 74 the output cannot be written, 129 terminal closed, 130 interrupted, 141 nobody reads the
+    output, 143 terminated.
     """
     collect_rarely()
     _say_what_the_package_logs()
-    if arguments is None:  # this process is the command's own
-        _escape_what_cannot_be_printed()
+    if arguments is not None:
+        return _run(arguments)
+    make_harmless()  # this process is the command's own
     try:
-        try:
-            return _run(arguments)
-        finally:
-            print(end="", flush=True)  # here, where a closed pipe can be caught, rather than as Python ends
-    except BrokenPipeError:
-        _silence()
-        return _EXIT_BROKEN_PIPE
+        code = _run(sys.argv[1:])
+    except SystemExit as end:  # tyro has printed what was asked for
+        code = int(end.code or 0)
+    return exit_code(code)
 
 
-def _run(arguments: list[str] | None) -> int:
+def _run(words: list[str]) -> int:
     try:
-        words = sys.argv[1:] if arguments is None else arguments
         if words[:1] in (["--version"], ["-V"]):
             print(f"scla-mj {__version__}")
             return 0
@@ -79,20 +83,6 @@ def _say_what_the_package_logs() -> None:
     log = logging.getLogger("scla_mj")
     log.handlers = [_Saying()]
     log.setLevel(logging.INFO)
-
-
-def _escape_what_cannot_be_printed() -> None:
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
-
-
-def _silence() -> None:
-    """Let what is still to be flushed end nowhere, as the note on SIGPIPE in Python's `signal` documentation has it."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (sys.stdout, sys.stderr):
-        if stream is not None:
-            os.dup2(nowhere, stream.fileno())
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.folder import Run, is_run_file, open_run
 from scla_mj.runs.seal import broken_files, is_sealed
-from scla_mj.runs.summary import Summary, read_summary
+from scla_mj.runs.summary import Summary, is_complete, read_summary
 from scla_mj.signals import Outcome, Snapshot
 from scla_mj.telemetry.reading.chunks import EmptyRecordingError
 from scla_mj.telemetry.reading.comparison import Comparison, RunFiles, compare
@@ -110,14 +110,13 @@ class RunInspection(NamedTuple):
     def _state(self) -> str:
         assert self.run is not None  # else it is damaged
         config, made = self.run.config, self.made
-        sealed = "sound" if self.sealed or not self.complete else "sound (unsealed)"
         earned = "" if self.percent_of_ceiling is None else f", {self.percent_of_ceiling:.1f} % of the ceiling"
         compared = ", recording agrees" if self.recording is not None else ", no recording"
         if self.complete:
             head = f"complete: {config.epochs} epochs, {self.hits} hits of {made} decisions"
-            return f"{sealed}, {head}{earned}{compared}"
+            return f"sound, {head}{earned}{compared}"
         head = f"unfinished: {made} of {config.epochs * config.decisions} decisions, {self.hits} hits"
-        return f"{sealed}, {head}{earned}{compared}"
+        return f"sound, {head}{earned}{compared}"
 
 
 def inspect_run(path: Path, *, recording: bool = True, held: bool = False) -> RunInspection:
@@ -155,7 +154,7 @@ def _inspected(path: Path, *, recording: bool) -> RunInspection:
         files.faults[paths.CHECKPOINT_NPZ] = f"{path / paths.CHECKPOINT_NPZ} is of another run"
     found = RunInspection(path, files.faults, is_sealed(path), False, run, decisions, summary, brain)
     files.report_missing(found)
-    found = found._replace(complete=not files.has(paths.CHECKPOINT_NPZ) and _is_complete(found))
+    found = found._replace(complete=_is_complete(found))
     if recording:
         found = found._replace(recording=_read_recording(files, found))
     return found._replace(epochs=_epochs(found), comparisons=tuple(_compare(found)))
@@ -164,7 +163,8 @@ def _inspected(path: Path, *, recording: bool) -> RunInspection:
 def _is_complete(found: RunInspection) -> bool:
     if found.run is None or found.decisions is None or found.summary is None or found.brain is None:
         return False
-    return bool(found.decisions.num_rows >= found.run.config.epochs * found.run.config.decisions)
+    config = found.run.config
+    return bool(found.decisions.num_rows >= config.epochs * config.decisions) and is_complete(found.path, config)
 
 
 class _Files:

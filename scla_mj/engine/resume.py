@@ -10,6 +10,7 @@ from scla_mj import paths
 from scla_mj.brain.registry import BRAINS
 from scla_mj.config import CHECKPOINT_PERIOD_S
 from scla_mj.engine.build import simulate
+from scla_mj.engine.completion import check_but_figures, complete, needs_no_decision
 from scla_mj.engine.lock import running
 from scla_mj.engine.session import Session, Watch
 from scla_mj.errors import SclaError
@@ -17,7 +18,6 @@ from scla_mj.runs import folder
 from scla_mj.runs.atomic import remove, remove_scratch
 from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
 from scla_mj.runs.decisions import take_back
-from scla_mj.runs.seal import broken_files
 from scla_mj.runs.summary import is_complete
 from scla_mj.telemetry.growth import check_parts
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scla_mj.runs.folder import Run
     from scla_mj.runs.summary import Summary
 
-_RESULTS: Final = (paths.SUMMARY_JSON, paths.BRAIN_NPZ, paths.EPOCHS_PNG, paths.WEIGHTS_PNG, paths.POLICY_PNG)
+_RESULTS: Final = (paths.SUMMARY_JSON, paths.BRAIN_NPZ, *paths.FIGURES)
 """What an orderly stop left and the run's end writes anew."""
 
 
@@ -40,7 +40,7 @@ def resume(
     """Resume the run in `path` from its checkpoint and finish it; `watch` is called after every decision.
 
     A run that was cut off before its first checkpoint starts again from its beginning. Decisions after the checkpoint
-    are made again, equal to what they were.
+    are made again, equal to what they were. Of a run whose decisions are all made only what is missing is written.
 
     A brain that is none of the library's is code, which `config.json` alone cannot have run: name it again as `brain`,
     `package.module:Class`, and it is imported.
@@ -65,8 +65,11 @@ def finish(
     Raises:
         SclaError: as `resume`.
     """
-    _refuse_broken(run)
-    _refuse_complete(run)
+    redraw = check_but_figures(run)
+    if needs_no_decision(run):
+        if is_complete(run.path, run.config) and not redraw:
+            raise SclaError(f"{run.path} is complete: there is nothing to resume")
+        return complete(run, pictures=pictures or redraw)
     _refuse_other_versions(run)
     session = Session(run, simulate(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
     if session.can_save():
@@ -91,20 +94,6 @@ def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:
     raise SclaError(
         f"{run.path} was made by {option}, which is code of its own: name it again, {option}, if you trust it"
     )
-
-
-def _refuse_broken(run: Run) -> None:
-    """A run that ended in order resumes only from the files that it left, but may start again without a checkpoint."""
-    for name, fault in broken_files(run.path).items():
-        if name != paths.CHECKPOINT_NPZ:
-            raise SclaError(fault)
-        if run.file(name).exists():
-            raise SclaError(f"{fault}, or {START_AGAIN}")
-
-
-def _refuse_complete(run: Run) -> None:
-    if is_complete(run.path, run.config):
-        raise SclaError(f"{run.path} is complete: there is nothing to resume")
 
 
 def _refuse_other_versions(run: Run) -> None:

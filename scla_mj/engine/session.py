@@ -11,11 +11,11 @@ from scla_mj import paths
 from scla_mj.engine.account import Account
 from scla_mj.engine.interrupts import held_back
 from scla_mj.errors import SclaError
-from scla_mj.markov import hits_per_1000, uniform_policy
 from scla_mj.runs.atomic import is_still, remove
 from scla_mj.runs.brain import write_brain
 from scla_mj.runs.checkpoint import write_checkpoint
 from scla_mj.runs.decisions import DecisionLog
+from scla_mj.runs.figures import draw_if_possible
 from scla_mj.runs.seal import write_seal
 from scla_mj.runs.summary import Summary, write_summary
 
@@ -200,7 +200,7 @@ class Session:
         memory = self._simulation.brain.snapshot()
         write_brain(path, memory, self._account.history.curve())
         if self._pictures:
-            self._draw(summary, memory)
+            draw_if_possible(path, self._checked)
         if complete:
             remove(self._run.file(paths.CHECKPOINT_NPZ))
         write_seal(path)
@@ -212,16 +212,3 @@ class Session:
             raise SclaError(
                 f"{self._run.path} was moved or removed during its run: where it is now, `scla-mj resume` continues it"
             )
-
-    def _draw(self, summary: Summary, memory: Snapshot) -> None:
-        from scla_mj.runs import plots  # matplotlib is slow to import
-
-        path = self._run.path
-        first, last = self._checked.grid(), self._checked.grid(summary.epochs[-1].epoch)
-        walk = hits_per_1000(first, self._config.protocol, uniform_policy(first))
-        plots.plot_epochs(path, summary, random_walk_hits_per_1000=walk)
-        curve = self._account.history.curve()
-        if len(curve.decision):
-            plots.plot_weights(path, curve, summary)
-        if memory.probabilities is not None:
-            plots.plot_policy(path, last, memory.probabilities, summary)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 import shlex
+from collections.abc import Callable
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from scla_mj import paths
 from scla_mj.checked import CheckedConfig, check
@@ -15,6 +16,7 @@ from scla_mj.runs.brain import read_brain, read_weight_history
 from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.folder import open_run
+from scla_mj.runs.seal import check_seal
 from scla_mj.runs.summary import Summary, is_complete, read_summary
 from scla_mj.signals import Snapshot, WeightCurve
 from scla_mj.validation import shown
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
     from scla_mj.engine.inspection import RunInspection
     from scla_mj.telemetry.reading.series import DecisionSpikes, DecisionTrajectory
+
+_Read = TypeVar("_Read")
 
 
 class StoredRun:
@@ -127,7 +131,7 @@ class StoredRun:
         """
         from scla_mj.telemetry.reading.series import decision_spikes
 
-        return decision_spikes(self._recorded(), self._number(decision))
+        return self._read_recording(decision_spikes, decision)
 
     def trajectory(self, decision: int) -> DecisionTrajectory:
         """Return one decision's poses from the recording, at 20 Hz: `time_s` (n,), `position_m` (n, 3), `heading_rad`.
@@ -137,7 +141,7 @@ class StoredRun:
         """
         from scla_mj.telemetry.reading.series import decision_trajectory
 
-        return decision_trajectory(self._recorded(), self._number(decision))
+        return self._read_recording(decision_trajectory, decision)
 
     def inspect(self) -> RunInspection:
         """Check every file against the seal and the recording; `.sentence()` is the verdict (`scla-mj inspect`)."""
@@ -162,6 +166,14 @@ class StoredRun:
             )
         return self._recordings
 
+    def _read_recording(self, read: Callable[[list[Path], int], _Read], decision: int) -> _Read:
+        parts = self._recorded()
+        try:
+            return read(parts, self._number(decision))
+        except SclaError:
+            check_seal(self.path, *(part.name for part in parts))  # if it was damaged since, that is why
+            raise
+
     def _number(self, decision: int) -> int:
         last = self.config.epochs * self.config.decisions
         if isinstance(decision, bool) or not isinstance(decision, Integral):
@@ -172,6 +184,7 @@ class StoredRun:
 
     def _require(self, name: str, what: str) -> None:
         if not self._has(name):
+            check_seal(self.path, name)  # it was there, and is missing
             raise SclaError(
                 f"{self.path} has no {name}, as the run stopped before its end: it lacks {what} until "
                 f"`scla-mj resume {shlex.quote(str(self.path))}` finishes it"

@@ -107,7 +107,7 @@ def writing(path: Path, *, folder: str = "RUN", refusal: str = "") -> Iterator[N
 
 
 @contextmanager
-def reading(path: Path, content: str, *, most_bytes: float = math.inf) -> Iterator[None]:
+def reading(path: Path, content: str, *, most_bytes: float = math.inf, fault: str = "is damaged") -> Iterator[None]:
     """Turn what is raised in this block, in which `path` is read, into one sentence; it must hold `content`.
 
     What is there but no regular file is refused first, since a pipe may never end, and a file that is too long to be
@@ -133,7 +133,7 @@ def reading(path: Path, content: str, *, most_bytes: float = math.inf) -> Iterat
         if isinstance(error, OSError) and error.errno:
             raise SclaError(f"cannot read {path}: {error.strerror}; choose a readable run folder") from error
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise SclaError(f"{path} is damaged: it must hold {content} ({reason})") from error
+        raise SclaError(f"{path} {fault}: it must hold {content} ({reason})") from error
 
 
 def write_json(path: Path, content: dict[str, Any], *, taken: str = "") -> None:
@@ -157,15 +157,26 @@ def read_json(path: Path, *, by_hand: bool = False) -> dict[str, Any]:
     Raises:
         SclaError: the file is missing, unreadable, no JSON object, or not what was written.
     """
-    with reading(path, "JSON", most_bytes=_MOST_JSON_BYTES):
-        content = json.loads(path.read_text(encoding="utf-8"))
+    fault = "is not a file of settings" if by_hand else "is damaged"
+    with reading(path, "JSON", most_bytes=_MOST_JSON_BYTES, fault=fault):
+        # Windows' editors begin a file with a mark of its encoding.
+        content = json.loads(path.read_text(encoding="utf-8-sig"), object_pairs_hook=_without_doubles)
     if not isinstance(content, dict):
-        raise SclaError(f"{path} is damaged: it must hold a JSON object, not {type(content).__name__}")
+        raise SclaError(f"{path} {fault}: it must hold a JSON object, not {type(content).__name__}")
     if by_hand and DIGEST not in content:
         return content
     if content.pop(DIGEST, None) != _digest(content):
         remedy = ", or take the digest out of a file that you changed" if by_hand else ""
         raise SclaError(f"{path} is damaged: it does not fit its own digest; fetch a sound copy{remedy}")
+    return content
+
+
+def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Refuse a key that is given twice: JSON's readers keep the last without a word."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise ValueError(f"{next(key for key in keys if keys.count(key) > 1)!r} is given twice in one object")
     return content
 
 

@@ -170,9 +170,7 @@ class DecisionLog:
                 self._stream.close()
         if self._broken:
             return
-        with replacing(self._folder / DECISIONS_PARQUET) as scratch:
-            _write_parquet(scratch, whole_batches(self._partial, SCHEMA))
-        self._partial.unlink()
+        finish_log(self._folder)
 
     def __enter__(self) -> DecisionLog:
         return self
@@ -183,6 +181,28 @@ class DecisionLog:
         # Report the original error, not what follows from it.
         with suppress(SclaError) if kind else nullcontext():
             self.close()
+
+
+def finish_log(folder: Path) -> None:
+    """Turn a run's stream into `decisions.parquet`, and remove it.
+
+    Raises:
+        SclaError: the stream is damaged, the disk is full or the folder has gone; the stream then stays.
+    """
+    partial = Path(folder) / DECISIONS_PARTIAL
+    with replacing(partial.with_name(DECISIONS_PARQUET)) as scratch:
+        _write_parquet(scratch, _batches(partial))
+    remove(partial)
+
+
+def rows_in_stream(folder: Path) -> int:
+    """Return how many decisions are in a run's stream; 0 if it has none.
+
+    Raises:
+        SclaError: it is damaged.
+    """
+    partial = Path(folder) / DECISIONS_PARTIAL
+    return sum(map(len, _batches(partial))) if partial.exists() else 0
 
 
 def take_back(folder: Path, decisions: int) -> None:
@@ -217,6 +237,8 @@ def read_decisions(folder: Path) -> pa.Table:
     parquet = Path(folder) / DECISIONS_PARQUET
     partial = Path(folder) / DECISIONS_PARTIAL
     path = partial if partial.exists() and not parquet.exists() else parquet
+    if not path.exists():
+        raise SclaError(f"{path} is missing, and so is {DECISIONS_PARTIAL}: fetch a sound copy of the run")
     with reading(path, _CONTENT):
         if path == parquet:
             table = pq.read_table(path, page_checksum_verification=True)  # refuses more than `_batches` can see

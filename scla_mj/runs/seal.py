@@ -9,11 +9,12 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import shlex
 from pathlib import Path
 from typing import Any, Final
 
 from scla_mj.errors import SclaError
-from scla_mj.paths import SEAL_JSON
+from scla_mj.paths import FIGURES, SEAL_JSON
 from scla_mj.runs.atomic import read_json, reading, write_json
 from scla_mj.runs.folder import is_run_file
 
@@ -37,6 +38,17 @@ def write_seal(folder: Path) -> None:
 def is_sealed(folder: Path) -> bool:
     """Return whether the run ended in order: a killed one has no seal."""
     return (Path(folder) / SEAL_JSON).exists()
+
+
+def missing_files(folder: Path) -> list[str]:
+    """Return the names of the files that a run's seal lists and that are not there; an unsealed run lacks the seal.
+
+    Raises:
+        SclaError: the seal is damaged.
+    """
+    folder = Path(folder)
+    names = _read_seal(folder / SEAL_JSON) if is_sealed(folder) else [SEAL_JSON]
+    return [name for name in names if not (folder / name).exists()]
 
 
 def broken_files(folder: Path, *names: str) -> dict[str, str]:
@@ -73,12 +85,20 @@ def _fault(path: Path, digest: str | None) -> str | None:
     if digest is None and not os.path.lexists(path):
         return None
     if not path.is_file():
-        return f"{path} is missing: {SEAL_JSON} lists it" if digest else f"{path} is not a file of this run: remove it"
+        if digest is None:
+            return f"{path} is not a file of this run: remove it"
+        return f"{path} is missing: {SEAL_JSON} lists it; {_remedy(path)}"
     if digest is None:
         return f"{path} is not in {SEAL_JSON}: it was added after the run, remove it"
     if _digest(path) != digest:
-        return f"{path} is damaged: its bytes are not those that the run wrote ({SEAL_JSON}); fetch a sound copy"
+        return f"{path} is damaged: its bytes are not those that the run wrote ({SEAL_JSON}); {_remedy(path)}"
     return None
+
+
+def _remedy(path: Path) -> str:
+    if path.name in FIGURES:
+        return f"`scla-mj figures {shlex.quote(str(path.parent))}` draws it again"
+    return "fetch a sound copy"
 
 
 def _read_seal(path: Path) -> dict[str, str]:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from scla_mj.config import RunConfig
 from scla_mj.grid import StartProtocol
-from scla_mj.paths import BRAIN_NPZ, CHECKPOINT_NPZ, SUMMARY_JSON
+from scla_mj.paths import BRAIN_NPZ, CHECKPOINT_NPZ, DECISIONS_PARQUET, DECISIONS_PARTIAL, SUMMARY_JSON
 from scla_mj.runs.atomic import read_json, spelling, write_json
+from scla_mj.runs.seal import missing_files
 from scla_mj.validation import Section, validated
 
 
@@ -108,7 +109,7 @@ def epoch_summary(
     )
 
 
-def is_complete(folder: Path, config: RunConfig) -> bool:
+def is_summed_up(folder: Path, config: RunConfig) -> bool:
     """Tell whether a run's decisions are all summed up, its brain is written, and its checkpoint is gone.
 
     Raises:
@@ -117,6 +118,16 @@ def is_complete(folder: Path, config: RunConfig) -> bool:
     if (folder / CHECKPOINT_NPZ).exists() or not all((folder / name).exists() for name in (BRAIN_NPZ, SUMMARY_JSON)):
         return False
     return sum(epoch.decisions for epoch in read_summary(folder).epochs) >= config.epochs * config.decisions
+
+
+def is_complete(folder: Path, config: RunConfig) -> bool:
+    """Tell whether every decision was made and all of the run's end is on disk, every file that its seal lists too.
+
+    Raises:
+        SclaError: its summary or its seal is damaged.
+    """
+    closed = (folder / DECISIONS_PARQUET).exists() and not (folder / DECISIONS_PARTIAL).exists()
+    return closed and is_summed_up(folder, config) and not missing_files(folder)
 
 
 def write_summary(folder: Path, summary: Summary) -> None:

@@ -11,6 +11,7 @@ from typing import Any, Final
 import rerun as rr
 
 from scla_mj.checked import CheckedConfig
+from scla_mj.environment import hidden
 from scla_mj.errors import SclaError
 from scla_mj.signals import DecisionRecord, Snapshot
 from scla_mj.telemetry import names
@@ -59,7 +60,8 @@ class RerunRecorder:
         views: Sequence[type[View]] = VIEWS,
     ) -> None:
         self._path, self._run = Path(path), RecordedRun(checked, model)
-        self._stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
+        with hidden("RERUN", "_RERUN"):  # which switch a recording off, or send it elsewhere
+            self._stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
         self._views = [view(self._stream, self._run) for view in views]
         _open(self._path, self._stream, build_dashboard(panel for view in self._views for panel in view.panels()))
         self._stream.send_property(names.PROPERTIES, rr.AnyValues(**_properties(self._run, first_decision)))
@@ -190,7 +192,8 @@ def _open(path: Path, stream: rr.RecordingStream, blueprint: Any) -> None:
     stream.set_log_time_enabled(False)
     stream.set_log_tick_enabled(False)
     try:
-        stream.set_sinks(rr.FileSink(path), default_blueprint=blueprint)
+        with hidden("RERUN", "_RERUN"):
+            stream.set_sinks(rr.FileSink(path), default_blueprint=blueprint)
     except Exception as error:
         raise _cannot_write(path, error) from error
 

@@ -9,6 +9,8 @@ import sys
 from collections.abc import Iterator
 from typing import Any, Final
 
+from scla_mj.environment import with_or_without
+
 _VARIABLE: Final = "MUJOCO_GL"
 
 
@@ -29,5 +31,11 @@ def _opengl_without_display() -> Iterator[None]:
 def make_physics(data: Any) -> Any:
     """Return a `dm_control.mujoco.Physics` of these data and of their model."""
     with _opengl_without_display():
-        from dm_control.mujoco import Physics, wrapper
-    return Physics(wrapper.MjData(data))
+        mujoco = with_or_without(_VARIABLE, _dm_control)
+    return mujoco.Physics(mujoco.wrapper.MjData(data))
+
+
+def _dm_control() -> Any:
+    from dm_control import mujoco
+
+    return mujoco

@@ -221,7 +221,7 @@ def test_two_runs_cannot_share_a_folder_and_a_finished_one_is_not_written_over(t
 
 
 def test_a_folder_without_decisions_is_named(tmp_path):
-    with pytest.raises(SclaError, match=r"decisions\.parquet does not exist"):
+    with pytest.raises(SclaError, match=r"decisions\.parquet is missing"):
         read_decisions(tmp_path)
 
 

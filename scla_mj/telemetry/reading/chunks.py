@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import os
 import shutil
 import struct
 import tempfile
@@ -184,11 +185,16 @@ def _without_the_cut(path: Path) -> Iterator[Path]:
     if whole == path.stat().st_size:
         yield path
         return
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / path.name
-        shutil.copyfile(path, copy)
-        with copy.open("r+b") as file:
-            file.truncate(whole)
+    with contextlib.ExitStack() as stack:
+        try:
+            copy = Path(stack.enter_context(tempfile.TemporaryDirectory())) / path.name
+            shutil.copyfile(path, copy)
+            os.truncate(copy, whole)
+        except OSError as error:
+            raise SclaError(
+                f"the recording {path} was cut short, and cannot be copied to be read: {error.strerror}; "
+                "name a folder with room for it in TMPDIR"
+            ) from error
         yield copy
 
 

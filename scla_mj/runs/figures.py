@@ -1,0 +1,78 @@
+"""A run's three figures, drawn from its files: at its end, and again whenever they are wanted.
+
+They can be drawn again at any time, so whatever keeps them from being drawn harms no run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+from scla_mj.checked import CheckedConfig
+from scla_mj.environment import hidden
+from scla_mj.errors import SclaError
+from scla_mj.markov import hits_per_1000, uniform_policy
+from scla_mj.paths import FIGURES
+from scla_mj.runs.atomic import remove, remove_scratch
+from scla_mj.runs.brain import read_brain, read_weight_history
+from scla_mj.runs.summary import read_summary
+
+_LOG: Final = logging.getLogger(__name__)
+
+
+def draw(folder: Path, checked: CheckedConfig) -> None:
+    """Draw the figures of a run from its `summary.json` and its `brain.npz`; those that were there are replaced.
+
+    Raises:
+        SclaError: a file is missing or damaged, or the figures cannot be drawn or written.
+    """
+    summary, memory, curve = read_summary(folder), read_brain(folder), read_weight_history(folder)
+    first = checked.grid()
+    for name in FIGURES:
+        remove_scratch(folder / name)
+    try:
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a folder for its cache that it cannot write
+        plots = _import_plots()
+        walk = hits_per_1000(first, checked.config.protocol, uniform_policy(first))
+        plots.plot_epochs(folder, summary, random_walk_hits_per_1000=walk)
+        if curve is not None:
+            plots.plot_weights(folder, curve, summary)
+        if memory.probabilities is not None:
+            plots.plot_policy(folder, checked.grid(summary.epochs[-1].epoch), memory.probabilities, summary)
+    except SclaError:
+        raise
+    except Exception as error:  # of any kind, out of matplotlib or of what it cannot be imported without
+        reason = (str(error).splitlines() or [""])[0]
+        raise SclaError(f"the figures of {folder} cannot be drawn: {type(error).__name__}: {reason}") from error
+
+
+def draw_if_possible(folder: Path, checked: CheckedConfig) -> None:
+    """Draw the figures or, where that cannot be, leave none and log how to draw them later.
+
+    Raises:
+        SclaError: what is left of them cannot be removed.
+    """
+    try:
+        draw(folder, checked)
+    except SclaError as error:
+        remove(*(folder / name for name in FIGURES))
+        command = f"scla-mj figures {shlex.quote(str(folder))}"
+        _LOG.warning("%s; the run lacks nothing else, and `%s` draws them", error, command)
+
+
+def _import_plots() -> Any:
+    """Import matplotlib, which is slow, even where the backend that the environment names is not there."""
+    first, backend = "matplotlib" not in sys.modules, os.environ.get("MPLBACKEND")
+    with hidden("MPLBACKEND"):
+        import matplotlib as mpl
+
+        from scla_mj.runs import plots
+    if first and backend:  # of a program of the user's own, such as a notebook
+        with contextlib.suppress(ValueError):
+            mpl.rcParams["backend"] = backend
+    return plots
