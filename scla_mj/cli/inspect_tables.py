@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
+from scla_mj.cli.output import wide_console
+
 if TYPE_CHECKING:
     from scla_mj.engine.inspection import RunInspection
     from scla_mj.telemetry.reading.reader import Inspection
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
 def print_tables(found: RunInspection) -> None:
     """Print what the run earned, what its recording holds, and each figure that was compared."""
-    console = Console(markup=False, emoji=False, highlight=False)  # a path may hold brackets or colons
+    console = wide_console(markup=False, emoji=False, highlight=False)  # a path may hold brackets or colons
     console.print(_epochs(found))
     if found.recording is not None:
         _print_recording(console, found.recording)

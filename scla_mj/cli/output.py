@@ -6,12 +6,17 @@ import errno
 import io
 import os
 import sys
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 EXIT_UNWRITTEN: Final = 74
 """As sysexits.h has it for an error of input or output."""
 EXIT_BROKEN_PIPE: Final = 141
 """As a shell reports a command that SIGPIPE has ended."""
+
+_NARROWEST: Final = 80
 
 
 class Output(io.FileIO):
@@ -50,10 +55,15 @@ def exit_code(code: int) -> int:
         return EXIT_BROKEN_PIPE
     if out is None or code:
         return code
-    print(
-        f"scla-mj: the output cannot be written: {out.strerror}; whatever else was asked for is done", file=sys.stderr
-    )
+    print(f"scla-mj: the output cannot be written: {out.strerror}; all else is done", file=sys.stderr)
     return EXIT_UNWRITTEN
+
+
+def wide_console(**how: Any) -> Console:
+    """Return rich's console on stdout, wide enough for our tables whatever the terminal or COLUMNS says."""
+    from rich.console import Console
+
+    return Console(width=max(_NARROWEST, Console().width), **how)
 
 
 def _harmless(stream: Any, number: int) -> Any:

@@ -94,15 +94,16 @@ class Reproduce:
 
 
 def _print_experiments(experiments: tuple[Experiment, ...]) -> None:
-    from rich.console import Console
     from rich.table import Column, Table
+
+    from scla_mj.cli.output import wide_console
 
     whole = [Column(name, no_wrap=True) for name in ("experiment", "group")]  # --only needs them letter by letter
     table = Table(*whole, "seeds", "epochs", "what it asks")
     for experiment in experiments:
         config, seeds = experiment.config, str(len(experiment.seeds))
         table.add_row(experiment.name, experiment.group, seeds, str(config.epochs), experiment.question)
-    Console().print(table)
+    wide_console().print(table)
 
 
 @contextlib.contextmanager

@@ -51,12 +51,11 @@ def resume_command(path: Path, config: RunConfig) -> str:
 
 
 def _report(path: Path, config: RunConfig, summary: Summary) -> None:
-    from rich.console import Console
-
+    from scla_mj.cli.output import wide_console
     from scla_mj.cli.tables import epoch_table, files_table
     from scla_mj.paths import recordings
 
-    console = Console()
+    console = wide_console()
     console.print(epoch_table(summary))
     hardships = _hardships(config)
     if hardships:

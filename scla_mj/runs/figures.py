@@ -9,7 +9,9 @@ import contextlib
 import logging
 import os
 import shlex
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,11 +20,14 @@ from scla_mj.environment import hidden
 from scla_mj.errors import SclaError
 from scla_mj.markov import hits_per_1000, uniform_policy
 from scla_mj.paths import FIGURES
-from scla_mj.runs.atomic import remove, remove_scratch
+from scla_mj.runs.atomic import remove
 from scla_mj.runs.brain import read_brain, read_weight_history
-from scla_mj.runs.summary import read_summary
+from scla_mj.runs.summary import Summary, read_summary
+from scla_mj.signals import Snapshot, WeightCurve
 
 _LOG: Final = logging.getLogger(__name__)
+_SCRATCH: Final = ".figures."
+"""Begins the name of the folder that they are drawn into: all of them become the run's, or none."""
 
 
 def draw(folder: Path, checked: CheckedConfig) -> None:
@@ -32,18 +37,13 @@ def draw(folder: Path, checked: CheckedConfig) -> None:
         SclaError: a file is missing or damaged, or the figures cannot be drawn or written.
     """
     summary, memory, curve = read_summary(folder), read_brain(folder), read_weight_history(folder)
-    first = checked.grid()
-    for name in FIGURES:
-        remove_scratch(folder / name)
+    for left in folder.glob(f"{_SCRATCH}*"):  # by a process that was killed
+        shutil.rmtree(left, ignore_errors=True)
     try:
-        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a folder for its cache that it cannot write
-        plots = _import_plots()
-        walk = hits_per_1000(first, checked.config.protocol, uniform_policy(first))
-        plots.plot_epochs(folder, summary, random_walk_hits_per_1000=walk)
-        if curve is not None:
-            plots.plot_weights(folder, curve, summary)
-        if memory.probabilities is not None:
-            plots.plot_policy(folder, checked.grid(summary.epochs[-1].epoch), memory.probabilities, summary)
+        with tempfile.TemporaryDirectory(prefix=_SCRATCH, dir=folder) as scratch:
+            _draw(Path(scratch), checked, summary, memory, curve)
+            for file in Path(scratch).iterdir():
+                file.replace(folder / file.name)
     except SclaError:
         raise
     except Exception as error:  # of any kind, out of matplotlib or of what it cannot be imported without
@@ -60,9 +60,21 @@ def draw_if_possible(folder: Path, checked: CheckedConfig) -> None:
     try:
         draw(folder, checked)
     except SclaError as error:
-        remove(*(folder / name for name in FIGURES))
+        remove(*(folder / name for name in FIGURES))  # which may be damaged, or of fewer decisions
         command = f"scla-mj figures {shlex.quote(str(folder))}"
         _LOG.warning("%s; the run lacks nothing else, and `%s` draws them", error, command)
+
+
+def _draw(folder: Path, checked: CheckedConfig, summary: Summary, memory: Snapshot, curve: WeightCurve | None) -> None:
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a folder for its cache that it cannot write
+    plots = _import_plots()
+    first, last = checked.grid(), checked.grid(summary.epochs[-1].epoch)
+    walk = hits_per_1000(first, checked.config.protocol, uniform_policy(first))
+    plots.plot_epochs(folder, summary, random_walk_hits_per_1000=walk)
+    if curve is not None:
+        plots.plot_weights(folder, curve, summary)
+    if memory.probabilities is not None:
+        plots.plot_policy(folder, last, memory.probabilities, summary)
 
 
 def _import_plots() -> Any:

@@ -192,3 +192,26 @@ def test_the_help_of_a_named_brain_lists_its_own_settings(capsys):
 def test_an_option_that_nothing_reads_is_refused(words, said, capsys):
     assert main(["rollout", "run", *words]) == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b'{"seed": 3, "seed": 4}', "'seed' is given twice in one object"),
+        (b'{"grid": {"cells": [7, 7], "cells": [5, 5]}}', "'cells' is given twice in one object"),
+        (b"import numpy as np", "is not a file of settings: it must hold JSON"),
+        ('{"seed": 3}'.encode("utf-16"), "is not a file of settings: it must hold JSON"),
+        (b"[1]", "is not a file of settings: it must hold a JSON object, not list"),
+    ],
+)
+def test_a_file_of_ones_own_that_cannot_mean_what_it_says_is_refused(content, sentence, tmp_path, capsys):
+    (tmp_path / "mine.json").write_bytes(content)
+    assert main(["rollout", "run", "--config", "mine.json", *FEW]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_byte_order_mark_before_the_settings_is_no_fault(tmp_path):
+    (tmp_path / "mine.json").write_bytes(b"\xef\xbb\xbf" + b'{"seed": 7, "brain": "random"}')
+    assert main(["rollout", "run", "--config", "mine.json", *FEW]) == 0
+    assert open_run("run").config.seed == 7

@@ -12,7 +12,7 @@ from scla_mj.anatomy import POPULATIONS
 from scla_mj.config import RunConfig
 from scla_mj.engine.build import simulate
 from scla_mj.errors import SclaError
-from scla_mj.paths import BRAIN_NPZ, CHECKPOINT_NPZ
+from scla_mj.paths import BRAIN_NPZ, CHECKPOINT_NPZ, SEAL_JSON
 from scla_mj.signals import TRAJECTORY_COLUMNS
 
 CONFIG = RunConfig(seed=4, epochs=2, decisions=20, telemetry="full")
@@ -89,7 +89,7 @@ def test_an_unfinished_run_is_opened_and_once_resumed_it_lacks_nothing(tmp_path)
     assert run.weight_history.decision.tolist() == list(range(1, 26, 4))
     before = run.spikes(25)
     shutil.copytree(tmp_path / "run", tmp_path / "killed")
-    for name in (CHECKPOINT_NPZ, BRAIN_NPZ):  # as a kill before the first checkpoint would leave it
+    for name in (CHECKPOINT_NPZ, BRAIN_NPZ, SEAL_JSON):  # as a kill before the first checkpoint would leave it
         (tmp_path / "killed" / name).unlink()
     recorded = scla_mj.load_run(tmp_path / "killed")
     assert recorded.lacks == ("brain",)
@@ -132,3 +132,18 @@ def test_a_stopped_run_whose_brain_has_no_state_is_not_complete(tmp_path):
     run = scla_mj.load_run(path)
     assert not run.is_complete and run.summary.epochs
     assert "unfinished" in repr(run)
+
+
+def test_what_was_damaged_or_removed_since_the_run_is_said_to_be_so(folder, tmp_path):
+    path = shutil.copytree(folder, tmp_path / "run")
+    recording = path / "recording.rrd"
+    recording.write_bytes(recording.read_bytes()[: recording.stat().st_size // 3])
+    (path / "decisions.parquet").unlink()
+    (path / BRAIN_NPZ).unlink()
+    run = scla_mj.load_run(path)
+    with pytest.raises(SclaError, match=r"recording\.rrd is damaged: its bytes are not those that the run wrote"):
+        run.trajectory(40)
+    with pytest.raises(SclaError, match=r"decisions\.parquet is missing.*fetch a sound copy"):
+        _ = run.decisions
+    with pytest.raises(SclaError, match=r"brain\.npz is missing: seal\.json lists it; fetch a sound copy"):
+        _ = run.brain

@@ -113,6 +113,6 @@ def _rows(parts: Sequence[Path], content: list[str], decision: int) -> Iterator[
 
 def _missing(parts: Sequence[Path], decision: int, what: str) -> SclaError:
     return SclaError(
-        f"the recording {parts[0]} holds no {what} of decision {decision}: it ends before it, where the run was stopped or "
-        "the file cut short, or its brain has none"
+        f"the recording {parts[0]} holds no {what} of decision {decision}: the run was stopped or the file cut "
+        "short before it, or its brain has none"
     )
