@@ -90,7 +90,7 @@ def _check_agreement(run: Run) -> None:
     """Nothing but their agreement speaks for the files of an unsealed run, and a seal makes them sound."""
     from scla_mj.engine.inspection import inspect_run  # it imports Rerun, which is slow
 
-    found = inspect_run(run.path)
+    found = inspect_run(run.path, held=True)
     if found.verdict != "sound":
         raise SclaError(f"{found.sentence()}; all decisions are made, and nothing else holds what is wrong")
 
