@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _WHAT: Final = {
     paths.CONFIG_JSON: "every setting, the seed, the package versions",
     paths.DECISIONS_PARQUET: "one row per decision",
-    paths.SUMMARY_JSON: "hits, ceiling, transitions",
+    paths.SUMMARY_JSON: "hits, ceiling, chance, regret, transitions",
     paths.BRAIN_NPZ: "final weights and action probabilities",
     paths.EPOCHS_PNG: "hits per epoch against the ceiling",
     paths.WEIGHTS_PNG: "the eight mean weights over time",
@@ -30,19 +30,23 @@ def epoch_table(summary: Summary) -> Table:
     columns, rows = summary.cells
     table = Table(
         title=f"{summary.protocol}, {columns}x{rows}, target {summary.target}, seed {summary.seed}\n"
-        f"ceiling {summary.ceiling_hits_per_1000:.2f} hits per 1000 decisions"
+        f"ceiling {summary.ceiling_hits_per_1000:.2f}, chance {summary.chance_hits_per_1000:.2f} "
+        "hits per 1000 decisions"
     )
-    for name in ("epoch", "decisions", "hits", "hits per 1000", "moves per hit", "% of ceiling"):
+    for name in ("epoch", "decisions", "hits", "moves per hit", "% of ceiling", "% nearer", "regret"):
         table.add_column(name, justify="right")
     for epoch in summary.epochs:
-        moves = "-" if epoch.moves_per_hit is None else f"{epoch.moves_per_hit:.2f}"
+        moves, regret = (
+            "-" if value is None else f"{value:.2f}" for value in (epoch.moves_per_hit, epoch.regret_per_episode)
+        )
         table.add_row(
             str(epoch.epoch),
             str(epoch.decisions),
             str(epoch.hits),
-            f"{epoch.hits_per_1000:.1f}",
             moves,
             f"{epoch.percent_of_ceiling:.1f}",
+            f"{100 * epoch.share_nearer:.1f}",
+            regret,
         )
     moved = summary.transitions
     error = "-" if summary.max_position_error_m is None else f"{1000 * summary.max_position_error_m:.2f} mm"

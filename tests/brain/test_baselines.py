@@ -84,3 +84,11 @@ def test_a_brain_continues_from_its_state_as_if_nothing_had_happened(name):
     later = [live(brain, grid, 300, seed=2), repr(brain.state())]
     again.restore(state)
     assert [live(again, grid, 300, seed=2), repr(again.state())] == later
+
+
+def test_the_cell_states_brain_bumps_into_a_wall_once():
+    brain, grid = build("cell-states")
+    for action in (Action.LEFT, Action.DOWN):
+        brain.learn(move(grid, Cell(1, 1), action))
+    chosen = {brain.decide(Percept(Cell(1, 1), None)).action for _ in range(60)}
+    assert chosen == {Action.UP, Action.RIGHT}

@@ -98,7 +98,11 @@ def test_the_end_of_a_rollout_reads_well_at_80_columns_whatever_its_folder_is_ca
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
     assert f"The run:  {run}" in lines
     assert f"Open the recording:  rerun '{run / 'recording.rrd'}'" in lines
-    assert lines[:2] == ["any-start, 5x5, target (3, 3), seed 0", "ceiling 400.00 hits per 1000 decisions"]
+    assert lines[:2] == [
+        "any-start, 5x5, target (3, 3), seed 0",
+        "ceiling 400.00, chance 31.58 hits per 1000 decisions",
+    ]
+    assert not any("…" in line for line in lines)
     assert any(re.fullmatch(r"2 moves: \d completed, \d blocked, 0 failed", line) for line in lines)
     assert any(re.fullmatch(r"largest position error \S+ mm; \d s simulated in \d+ s", line) for line in lines)
 
