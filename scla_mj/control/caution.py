@@ -1,4 +1,4 @@
-"""Slippery ground: how slip is detected, and how the robot drives after that."""
+"""Slippery ground and pushes: how slip is detected, how the robot drives after that, and how it does not tip over."""
 
 from __future__ import annotations
 
@@ -15,12 +15,28 @@ _CAREFUL_SPEED_M_S: Final = 0.15
 CAREFUL_SHARE: Final = 0.3
 """After slip it drives with this share of its accelerations, lower speeds and wider tolerances."""
 
+_BALANCE_M_S: Final = 0.5
+_BALANCE_M: Final = 0.03
+"""Speed under the lean, per sine of the pitch and per rad/s of it: at 10 degrees, or at 3 rad/s, all that the motors
+have (their torque is at its limit where a wheel misses its command by 2.7 rad/s, which is 0.09 m/s)."""
+
 
 @leaf_njit(inline="always")
 def roll_along(state: State, motion: Motion, careful: bool) -> State:
     """Command the speeds that the body has, so that the wheels exert no force on it."""
     along = state.direction * motion.speed_m_s
     return State(state.phase, state.course_rad, state.direction, state.aims, along, motion.turn_rate_rad_s, careful)
+
+
+@leaf_njit(inline="always")
+def balance(state: State, motion: Motion) -> State:
+    """Let the wheels roll along, and drive them under the side that the robot tips over to."""
+    rolling = roll_along(state, motion, state.careful)
+    under = _BALANCE_M_S * motion.pitch_sine + _BALANCE_M * motion.pitch_rate_rad_s
+    along = rolling.speed_m_s + state.direction * under
+    return State(
+        state.phase, state.course_rad, state.direction, state.aims, along, rolling.turn_rate_rad_s, state.careful
+    )
 
 
 @leaf_njit(inline="always")

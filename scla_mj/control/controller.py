@@ -11,7 +11,7 @@ import math
 from typing import Final
 
 from scla_mj.compiled import leaf_njit
-from scla_mj.control.caution import CAREFUL_SHARE, careful_gains, roll_along, slips
+from scla_mj.control.caution import CAREFUL_SHARE, balance, careful_gains, roll_along, slips
 from scla_mj.control.motion import (
     AGAIN,
     ARRIVED,
@@ -38,8 +38,8 @@ _TOUCH_MARGIN_M: Final = 0.03
 _FREEING_SPEED_M_S: Final = 0.1
 """How fast it backs off from a wall that its bumper brushes while it turns."""
 _TIPPING_COSINE: Final = 0.995
-"""Leaning by more than 6 degrees it is about to tip: its wheels roll along until it is down again. Its own
-accelerations lean it by less than 2 degrees."""
+"""Leaning by more than 6 degrees it is about to tip: it balances until it is down again. Its own accelerations lean it
+by less than 2 degrees."""
 
 
 @leaf_njit(inline="always")
@@ -68,7 +68,10 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
     if not math.isfinite(motion.x_m + motion.y_m + motion.heading_rad + motion.speed_m_s + motion.turn_rate_rad_s):
         return state, math.nan, math.nan, DRIVING
     if state.phase == STANDING:
-        return state, 0.0, 0.0, DRIVING
+        if motion.upright >= _TIPPING_COSINE:
+            return state, 0.0, 0.0, DRIVING
+        left, right = _wheel_speeds(balance(state, motion), gains)
+        return state, left, right, DRIVING
     if state.phase == OUTWARD and motion.touched:
         state = _touch(state, motion, goal, gains)
     elif state.phase == OUTWARD and not state.careful and motion.touched == 0 and slips(state, motion, gains):
@@ -95,11 +98,18 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
         ahead = math.hypot(to_x, to_y)
     state = _steer(state, motion, ahead, to_x, to_y, gains)
     if motion.upright < _TIPPING_COSINE:
-        state = roll_along(state, motion, state.careful)
+        state = balance(state, motion)
+    left, right = _wheel_speeds(state, gains)
+    return state, left, right, DRIVING
+
+
+@leaf_njit(inline="always")
+def _wheel_speeds(state: State, gains: Gains) -> tuple[float, float]:
+    """Return the left and the right wheel's speed; where the motors are too slow for both, the turn comes first."""
     spread = state.turn_rate_rad_s * gains.track_m / 2.0
     room = max(0.0, gains.top_rim_speed_m_s - abs(spread))
     drive = state.direction * min(max(state.speed_m_s, -room), room)
-    return state, (drive - spread) / gains.wheel_radius_m, (drive + spread) / gains.wheel_radius_m, DRIVING
+    return (drive - spread) / gains.wheel_radius_m, (drive + spread) / gains.wheel_radius_m
 
 
 @leaf_njit(inline="always")

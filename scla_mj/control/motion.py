@@ -36,7 +36,7 @@ _APPROACH_PER_PERIOD: Final = 0.4
 
 class Motion(NamedTuple):
     """The controller's input in each period: pose, body speeds, which bumpers touched since the last (FRONT, REAR,
-    both or 0), and the cosine of its lean."""
+    both or 0), the cosine of its lean, and the sine and the rate of its pitch, forwards positive."""
 
     x_m: float
     y_m: float
@@ -45,6 +45,8 @@ class Motion(NamedTuple):
     turn_rate_rad_s: float
     touched: int
     upright: float = 1.0
+    pitch_sine: float = 0.0
+    pitch_rate_rad_s: float = 0.0
 
 
 class Goal(NamedTuple):

@@ -20,7 +20,7 @@ from scla_mj.control.motion import DRIVING, FRONT, REAR, STAND_STILL, STARTING, 
 from scla_mj.sense import odometry
 from scla_mj.sense.odometry import Odometer, advance
 from scla_mj.world import perturbation, robot
-from scla_mj.world.perturbation import Perturbation, perturb
+from scla_mj.world.perturbation import Perturbation, perturb, within_reach
 from scla_mj.world.robot import Addresses
 from scla_mj.world.world import UPRIGHT_COSINE
 
@@ -76,14 +76,16 @@ def _sense_motion(body: Body, touched: int) -> Motion:
     heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     speed = qvel[dof] * math.cos(heading) + qvel[dof + 1] * math.sin(heading)
     upright = 1.0 - 2.0 * (x * x + y * y)
-    return Motion(qpos[root], qpos[root + 1], heading, speed, qvel[dof + 5], touched, upright)
+    pitch = 2.0 * (w * y - x * z)
+    return Motion(qpos[root], qpos[root + 1], heading, speed, qvel[dof + 5], touched, upright, pitch, qvel[dof + 4])
 
 
 @leaf_njit(inline="always")
 def _believed_motion(odometer: Odometer, true: Motion) -> Motion:
     """Pose and speeds as the odometer estimates them; touch and lean are the true ones."""
     estimate = odometer.estimate
-    return Motion(estimate[0], estimate[1], estimate[2], estimate[3], estimate[4], true.touched, true.upright)
+    x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s = estimate[0], estimate[1], estimate[2], estimate[3], estimate[4]
+    return Motion(x_m, y_m, heading_rad, speed_m_s, turn_rate_rad_s, *true[5:])
 
 
 @leaf_njit(inline="always")
@@ -105,12 +107,22 @@ def _write_row(row: NDArray[np.float64], time_s: float, body: Body) -> None:
 
 
 @leaf_njit(inline="always")
-def _step(body: Body, left: float, right: float, step_s: float, odometer: Odometer | None) -> int:
+def _step(
+    body: Body,
+    left: float,
+    right: float,
+    step_s: float,
+    perturbation: Perturbation | None,
+    odometer: Odometer | None,
+) -> int:
     """Step the physics through a control period under these commands; return which bumpers touched in it."""
-    at, qpos = body.at, body.qpos
+    at, qpos, qvel = body.at, body.qpos, body.qvel
     body.ctrl[at.left_motor], body.ctrl[at.right_motor] = left, right
     touched, turned = 0, 0.0
     for _ in range(body.steps_per_period):
+        if perturbation is not None:
+            body.ctrl[at.left_motor] = within_reach(perturbation, left, qvel[at.left_dof])
+            body.ctrl[at.right_motor] = within_reach(perturbation, right, qvel[at.right_dof])
         mj_step(body.model_address, body.data_address)
         touched |= _touch_of(body)
         turned += body.qvel[at.root_dof + 5] * step_s
@@ -171,7 +183,7 @@ def _drive(
             return period, status
         if perturbation is not None:
             left, right = perturb(perturbation, left, right)
-        touched = _step(body, left, right, step_s, odometer)
+        touched = _step(body, left, right, step_s, perturbation, odometer)
         _write_row(rows[period], (elapsed + period + 1) * gains.period_s, body)
     return standing + limit, DRIVING
 

@@ -50,6 +50,7 @@ class DomainRandomisation:
             config,
             control_period_s=control_period_s,
             external_force=world.data.xfrc_applied[world.at.chassis],
+            torque_reach_rad_s=torque_reach_rad_s(world),
             rng=drive_rng,
         )
 
@@ -116,6 +117,14 @@ class DomainRandomisation:
         scratch = mujoco.MjData(model)
         mujoco.mj_setConst(model, scratch)
         self._world.settle(scratch)
+
+
+def torque_reach_rad_s(world: World) -> float:
+    """Return by how much a command may differ from a wheel's speed before the motor's torque is at its limit, less a
+    hundredth, so that rounding does not reach it."""
+    model, motors = world.model, [world.at.left_motor, world.at.right_motor]
+    limits = np.where(model.actuator_forcelimited[motors], model.actuator_forcerange[motors, 1], math.inf)
+    return 0.99 * float((limits / model.actuator_gainprm[motors, 0]).min())
 
 
 class _Nominal:

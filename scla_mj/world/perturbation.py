@@ -18,7 +18,8 @@ class Perturbation(NamedTuple):
 
     `late` holds the commands on their way to the wheels, shape (latency_periods, 2), the oldest first. `push` is the
     horizontal force in newtons and the periods it still lasts, `strongest_push_n` (one value) the most it may be, and
-    `external_force` MuJoCo's view of the force and torque on the chassis, shape (6,).
+    `external_force` MuJoCo's view of the force and torque on the chassis, shape (6,). `torque_reach_rad_s` is by how
+    much a command may differ from its wheel's speed before the motor's torque is at its limit.
     """
 
     rng: np.random.Generator
@@ -29,6 +30,7 @@ class Perturbation(NamedTuple):
     push_chance: float
     push_periods: int
     external_force: NDArray[np.float64]
+    torque_reach_rad_s: float
 
 
 def make_perturbation(
@@ -36,6 +38,7 @@ def make_perturbation(
     *,
     control_period_s: float,
     external_force: NDArray[np.float64],
+    torque_reach_rad_s: float,
     rng: np.random.Generator,
 ) -> Perturbation | None:
     """Return what perturbs a drive, or None where nothing does."""
@@ -50,6 +53,7 @@ def make_perturbation(
         push_chance=min(1.0, control_period_s / PUSH_EVERY_S) if config.push_n_per_kg else 0.0,
         push_periods=max(1, round(PUSH_S / control_period_s)),
         external_force=external_force,
+        torque_reach_rad_s=torque_reach_rad_s,
     )
 
 
@@ -63,6 +67,17 @@ def perturb(perturbation: Perturbation, left: float, right: float) -> tuple[floa
     if perturbation.push_chance > 0.0:
         _push(perturbation)
     return left, right
+
+
+@njit(inline="always")
+def within_reach(perturbation: Perturbation, command: float, speed: float) -> float:
+    """Return a command that asks a wheel of this speed for no more torque than its motor has.
+
+    The torque is the same: MuJoCo limits it too. But where it does, it integrates the servo explicitly, and a wheel
+    whose tyre does not grip overshoots its command by 40 rad/s in a 10 ms step, back and forth, so that the tyre does
+    not grip again. In 1 ms steps it does not.
+    """
+    return min(max(command, speed - perturbation.torque_reach_rad_s), speed + perturbation.torque_reach_rad_s)
 
 
 @njit(inline="always")

@@ -92,6 +92,8 @@ class Addresses(NamedTuple):
     root_dof: int
     left_qpos: int
     right_qpos: int
+    left_dof: int
+    right_dof: int
     left_motor: int
     right_motor: int
     front_touch: int
@@ -160,6 +162,8 @@ def locate(model: Any, robot: Robot) -> Addresses:
         root_dof=int(root.dofadr[0]),
         left_qpos=int(left_wheel.qposadr[0]),
         right_qpos=int(right_wheel.qposadr[0]),
+        left_dof=int(left_wheel.dofadr[0]),
+        right_dof=int(right_wheel.dofadr[0]),
         left_motor=int(left_motor.id),
         right_motor=int(right_motor.id),
         front_touch=int(front_touch.adr[0]),

@@ -180,6 +180,19 @@ def test_a_robot_about_to_tip_lets_its_wheels_roll_along():
     assert (left, right) == (pytest.approx(0.55 / RADIUS_M), pytest.approx(0.55 / RADIUS_M))
 
 
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize(("pitch_deg", "rate", "sign"), [(8, 0.0, 1), (-8, 0.0, -1), (8, 2.0, 1), (8, -4.0, -1)])
+def test_a_robot_that_tips_over_drives_its_wheels_under_the_lean(direction, pitch_deg, rate, sign):
+    """Forwards where it falls forwards, whichever way it travels, and the other way where it comes back too fast."""
+    pitch = math.radians(pitch_deg)
+    leaning = at(0.1, speed=0.2, upright=math.cos(pitch))
+    leaning = leaning._replace(pitch_sine=math.sin(pitch), pitch_rate_rad_s=rate)
+    for state in (STAND_STILL, begin(GOAL, 0.0)._replace(direction=direction, speed_m_s=0.2)):
+        _, left, right, _ = tick(state, leaning, GOAL, GAINS)
+        assert (RADIUS_M * left - 0.2) * sign > 0.01
+        assert (RADIUS_M * right - 0.2) * sign > 0.01
+
+
 def test_a_robot_that_slips_is_careful_for_the_rest_of_the_move():
     state, *_ = tick(begin(GOAL, 0.0)._replace(speed_m_s=0.6), at(0.1, speed=0.2), GOAL, GAINS)
     assert state.careful
