@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from scla_mj.clock import Clock, resolve_clock
-from scla_mj.config import RunConfig, flatten, option_of
+from scla_mj.config import PlasticityConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
 from scla_mj.markov import ceiling_hits_per_1000, chance_hits_per_1000
@@ -55,6 +55,7 @@ class CheckedConfig:
         self.config: Final = _validated(config)
         self.clock: Final[Clock] = resolve_clock(self.config.clock)
         _check_weights(self.config)
+        check_time_constants(self.config.plasticity, self.clock.neural_step_ms)
         _check_ranges(self.config)
         _check_epochs(self.config)
         _check_read(self.config)
@@ -119,6 +120,21 @@ def check(config: RunConfig | CheckedConfig) -> CheckedConfig:
     if not isinstance(config, RunConfig):
         raise SclaError(f"the configuration is {shown(config)}: it must be a RunConfig, such as RunConfig(seed=3)")
     return CheckedConfig(config)
+
+
+def check_time_constants(plasticity: PlasticityConfig, neural_step_ms: float) -> None:
+    """Refuse a trace or a concentration that has decayed before the next step.
+
+    Raises:
+        SclaError: a time constant is shorter than a neural step.
+    """
+    for name in ("stdp_tau_ms", "eligibility_tau_ms", "dopamine_tau_ms"):
+        tau_ms = getattr(plasticity, name)
+        if tau_ms < neural_step_ms:
+            raise SclaError(
+                f"{option(('plasticity', name))} is {tau_ms:g}: it must be at least a neural step, "
+                f"{neural_step_ms:g} ms; raise it or choose a shorter --clock.neural-step-ms"
+            )
 
 
 def option(path: tuple[str | int, ...]) -> str:

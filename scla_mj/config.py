@@ -12,10 +12,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Final, Literal
 
 import tyro.conf
-from annotated_types import Ge, Interval
+from annotated_types import Interval
 
 from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.grid import StartProtocol
+from scla_mj.randomness import MOST_SEED
 from scla_mj.validation import Section
 
 Telemetry = Literal["off", "light", "full"]
@@ -26,8 +27,6 @@ Credit = Literal["executed", "decided"]
 Localisation = Literal["truth", "odometry", "sensors"]
 
 TINY: Final = 1e-6
-MOST_SEED: Final = 2**63 - 1
-"""The largest that a recording's and a table's 64-bit integers hold."""
 MOST_COUNT: Final = 10**9
 """Centuries of simulated time."""
 Count = Annotated[int, Interval(ge=1, le=MOST_COUNT)]
@@ -35,6 +34,7 @@ Fraction = Annotated[float, Interval(ge=0.0, le=1.0)]
 Weight = Annotated[float, Interval(ge=0.0, le=100.0)]
 Current = Annotated[float, Interval(ge=-100.0, le=100.0)]  # 15 already drives a neuron to 30 Hz
 Deviation = Annotated[float, Interval(ge=0.0, le=100.0)]
+TimeConstant = Annotated[float, Interval(ge=0.05, le=3.6e6)]  # the shortest neural step, to an hour
 
 CHECKPOINT_PERIOD_S: Final = 10.0
 """Wall time between two checkpoints: writing one costs some 0.02 s, a kill so much work at most. No setting of a run,
@@ -76,8 +76,8 @@ class TaskConfig(Section):
 class ClockConfig(Section):
     """The one clock. Every period must be an integer multiple of the base step."""
 
-    base_step_ms: Annotated[float, Interval(ge=TINY, le=100.0)] = 1.0
-    """What every other period is counted in."""
+    base_step_ms: Annotated[float, Interval(ge=TINY, le=1.0)] = 1.0
+    """What every other period is counted in; no longer than the longest neural step."""
     neural_step_ms: Annotated[float, Interval(ge=0.05, le=1.0)] = 1.0
     """One step of every neuron (Izhikevich 2003 integrates with 1 ms, v in two halves); below 0.05 ms float32 gains
     nothing."""
@@ -85,7 +85,7 @@ class ClockConfig(Section):
     """One MuJoCo step; with the discrete integrator within 0.05 degrees a move of a 0.5 ms step (tested)."""
     control_period_ms: Annotated[float, Interval(ge=1.0, le=100.0)] = 10.0
     """One period of the wheel-speed controller; the longest move, one row per period, still fits into 60 MB."""
-    thinking_window_ms: Annotated[float, Interval(ge=TINY, le=10_000.0)] = 50.0
+    thinking_window_ms: Annotated[float, Interval(ge=1.0, le=10_000.0)] = 50.0
     """How long the motor populations are counted before a decision (paper: "a limited time")."""
 
 
@@ -128,11 +128,12 @@ class PlasticityConfig(Section):
     stdp_depression: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.12
     """A-: eligibility taken when a presynaptic spike follows a postsynaptic one; above A+ so that chance pairs
     weaken."""
-    stdp_tau_ms: Annotated[float, Ge(TINY)] = 20.0
-    """Time constant of both STDP traces (Izhikevich 2007)."""
-    eligibility_tau_ms: Annotated[float, Ge(1.0)] = 1000.0  # the longest neural step: a shorter trace bridges nothing
+    stdp_tau_ms: Annotated[float, Interval(ge=0.05, le=10_000.0)] = 20.0
+    """Time constant of both STDP traces (Izhikevich 2007). This one and the next two: not below the neural step, as
+    what has decayed within a step bridges nothing."""
+    eligibility_tau_ms: TimeConstant = 1000.0
     """tau_c of equation 3: bridges the second between a spike and its reward (Izhikevich 2007)."""
-    dopamine_tau_ms: Annotated[float, Ge(TINY)] = 200.0
+    dopamine_tau_ms: TimeConstant = 200.0
     """Decay of the extracellular dopamine concentration (Izhikevich 2007)."""
     dopamine_release: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.5
     """Concentration that one reward adds to a connection's dopamine, signed per connection (Izhikevich 2007: 0.5
@@ -164,7 +165,7 @@ class AutomatonConfig(Section):
     """A cell's state is the best of its neighbours' states times this; the target's is 1."""
     distal_reward: bool = True
     """Signal from dopamine on arrival, to every cell left on the way, weighted by its trace."""
-    trace_tau_moves: Annotated[float, Ge(TINY)] = 1.5
+    trace_tau_moves: Annotated[float, Interval(ge=TINY, le=10_000.0)] = 1.5  # ten epochs of the paper
     """Decay of that trace, in moves."""
     credit: Credit = "executed"
     """Which action a signal is for: the one the body reports to have executed, or the one that was decided."""

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import enum
+from typing import Final
 
 import numpy as np
+
+from scla_mj.errors import SclaError
+from scla_mj.validation import shown
 
 
 class Consumer(enum.IntEnum):
@@ -19,6 +23,20 @@ class Consumer(enum.IntEnum):
     DOMAIN_RANDOMISATION = 6
     PERTURBATION = 7
     SENSOR_NOISE = 8
+
+
+MOST_SEED: Final = 2**63 - 1
+"""The largest that a recording's and a table's 64-bit integers hold."""
+
+
+def require_seed(seed: int) -> None:
+    """Refuse what is not a whole number from 0 to `MOST_SEED`.
+
+    Raises:
+        SclaError: it is not.
+    """
+    if (type(seed) is not int and not isinstance(seed, np.integer)) or not 0 <= seed <= MOST_SEED:
+        raise SclaError(f"seed is {shown(seed)}: it must be a whole number, 0 to {MOST_SEED}")
 
 
 def seed_sequence(seed: int, consumer: Consumer) -> np.random.SeedSequence:

@@ -1,5 +1,11 @@
-"""Whatever is typed runs or is refused with one sentence; `SCLA_EXAMPLES=10000` in the environment tries more."""
+"""Whatever is typed runs or is refused with one sentence; `SCLA_EXAMPLES=10000` in the environment tries more.
 
+`SCLA_SEED=N` chooses other examples, so that a large number can be split. `SCLA_EXAMPLES_LOG=FILE` gets a line for
+each, and their count at the end.
+"""
+
+import collections
+import dataclasses
 import os
 import resource
 import shutil
@@ -7,21 +13,38 @@ import tempfile
 import time
 from pathlib import Path
 
-from hypothesis import HealthCheck, example, given, settings
-from wild import command_lines
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, seed, settings
+from hypothesis import strategies as st
+from wild import command_lines, hints, python_values
 
+from scla_mj.checked import check
 from scla_mj.cli.main import COMMANDS
 from scla_mj.cli.options import parse
+from scla_mj.config import RunConfig
 from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
 from scla_mj.runs.decisions import read_decisions
 
+SEED = os.environ.get("SCLA_SEED")
 EXAMPLES = int(os.environ.get("SCLA_EXAMPLES", "30"))
 LOG = os.environ.get("SCLA_EXAMPLES_LOG")
 DECISIONS = 2
 LONGEST_S = 120.0
 """What two decisions may take at the very worst: both end by the longest timeout that is allowed."""
 MOST_KILOBYTES = 2_000_000
+
+
+came: collections.Counter[str] = collections.Counter()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def count_at_the_end():
+    yield
+    if LOG and came:
+        with Path(LOG).open("a") as log:
+            log.write(f"{came['ran'] + came['refused']} completed: {came['ran']} ran, {came['refused']} refused\n")
 
 
 def run_two_decisions(line, folder):
@@ -34,8 +57,9 @@ def run_two_decisions(line, folder):
     return None
 
 
+@(seed(int(SEED)) if SEED else lambda test: test)
 @settings(
-    max_examples=EXAMPLES, deadline=None, derandomize=EXAMPLES < 1000, database=None, print_blob=False,
+    max_examples=EXAMPLES, deadline=None, derandomize=SEED is None and EXAMPLES < 1000, database=None, print_blob=False,
     suppress_health_check=list(HealthCheck),
 )  # fmt: skip
 @given(command_lines())
@@ -48,10 +72,11 @@ def run_two_decisions(line, folder):
 @example(["--brain", "random", "--controller.timeout-s", "600", "--controller.max-speed-m-s", "0.01"])
 def test_every_command_line_runs_or_is_refused_with_one_sentence(line):
     folder = Path(tempfile.mkdtemp())
-    started = time.perf_counter()
+    started = time.process_time()
     try:
         refusal = run_two_decisions(line, folder / "run")
-        taken_s = time.perf_counter() - started
+        taken_s = time.process_time() - started
+        came["ran" if refusal is None else "refused"] += 1
         if LOG:
             with Path(LOG).open("a") as log:
                 log.write(f"{'ran' if refusal is None else 'refused'} {taken_s:.2f} {line} {refusal}\n")
@@ -64,3 +89,22 @@ def test_every_command_line_runs_or_is_refused_with_one_sentence(line):
         assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < MOST_KILOBYTES
     finally:
         shutil.rmtree(folder)
+
+
+@settings(max_examples=max(200, EXAMPLES), deadline=None, derandomize=EXAMPLES < 1000, database=None)
+@given(st.sampled_from(sorted(hints())), python_values())
+def test_whatever_python_gives_for_a_setting_is_the_value_that_a_run_stores_or_refused_with_one_sentence(name, value):
+    section, _, item = name.replace("-", "_").rpartition(".")
+    section = section or ("grid" if hasattr(RunConfig().grid, item) else "")
+    config = RunConfig()
+    part = getattr(config, section) if section else config
+    changed = dataclasses.replace(part, **{item: value})
+    try:
+        checked = check(dataclasses.replace(config, **{section: changed}) if section else changed).config
+    except SclaError as refusal:
+        assert "\n" not in str(refusal) and 10 < len(str(refusal)) < 1000, refusal
+        return
+    stored = getattr(getattr(checked, section) if section else checked, item)
+    assert type(stored) in (int, float, bool, str, tuple)
+    assert stored == value or np.array_equal(stored, np.asarray(value))
+    assert check(checked).config == checked

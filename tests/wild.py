@@ -5,18 +5,23 @@ from __future__ import annotations
 import dataclasses
 import math
 import typing
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any, Literal
 
+import numpy as np
 from hypothesis import strategies as st
 
 from scla_mj.brain.registry import BRAINS
 from scla_mj.config import RunConfig, flatten, option_of
+from scla_mj.disturbances import ALL, SETS
 from scla_mj.validation import bounds
 
 FIXED = {"epochs", "decisions", "telemetry"}
 """What the test sets itself, so that a run that is carried out stays short."""
 WILD = ["nan", "inf", "-inf", "-0.0", "1e308", "-1e308", "5e-324", "0", "-1", "1", "1e999", "", " ", "none", "None",
         "many", "0x10", "1_0", "½", "True", "--", "é\u202e", "9" * 40, "1.5", "[1]", "1,2", "\t"]  # fmt: skip
+OWN = [name for name, brain in BRAINS.items() if brain.Settings]
 LARGE = 1000.0
 """Where a range has no end, most values are drawn below this."""
 
@@ -79,6 +84,12 @@ def command_lines(draw: st.DrawFn) -> list[str]:
     """Draw the options of a rollout: up to eight, each possible, or wild one time in ten."""
     types, defaults = hints(), flatten(RunConfig())
     chosen = draw(st.lists(st.sampled_from(sorted(types.keys() - FIXED)), max_size=8, unique=True))
+    own = draw(st.sampled_from(OWN)) if draw(st.integers(0, 3)) == 0 else None
+    if own is not None:  # leave out what this brain does not read, or most lines would be refused for it
+        unread = tuple(
+            {"network.", "plasticity.", "automaton."} - {f"{part.split('.')[0]}." for part in BRAINS[own].reads}
+        )
+        chosen = [option for option in chosen if option != "brain" and not option.startswith(unread)]
     line: list[str] = []
     for option in chosen:
         if types[option] is bool:
@@ -88,7 +99,35 @@ def command_lines(draw: st.DrawFn) -> list[str]:
         wild = st.lists(st.sampled_from(WILD), max_size=3)
         is_wild = draw(st.integers(0, 9)) == 0
         line += draw(spellings(option, draw(wild if is_wild else words(option, types[option], defaults[option]))))
+    if draw(st.integers(0, 3)) == 0:
+        line += ["--disturb", *draw(st.lists(st.sampled_from([*SETS, ALL]), min_size=1, max_size=3, unique=True))]
+    return line if own is None else line + draw(own_settings(own))
+
+
+@st.composite
+def own_settings(draw: st.DrawFn, name: str) -> list[str]:
+    """Draw one or two of the settings that a brain has of its own."""
+    kind: Any = BRAINS[name].Settings
+    every = typing.get_type_hints(kind, include_extras=True)
+    types = {field.name: every[field.name] for field in dataclasses.fields(kind)}
+    line = ["--brain", name]
+    for field in draw(st.lists(st.sampled_from(sorted(types)), min_size=1, max_size=2, unique=True)):
+        option = option_of("brain", field)
+        if types[field] is bool:
+            line.append(draw(st.sampled_from([f"--{option}", f"--brain.no-{option_of(field)}"])))
+        else:
+            line += [f"--{option}", *draw(words(option, types[field], getattr(kind(), field)))]
     return line
+
+
+def python_values() -> st.SearchStrategy[Any]:
+    """Draw what a Python caller might give for a number."""
+    plain = st.one_of(st.integers(-5, 2**65), st.floats(), st.booleans(), st.none(), st.text(max_size=3))
+    numbers = [np.int8, np.uint64, np.float16, np.float32, np.float64, np.bool_, np.array]
+    numpys = st.tuples(st.sampled_from([*numbers, Fraction, Decimal, complex, str]), st.integers(0, 100)).map(
+        lambda pair: pair[0](pair[1])
+    )
+    return st.one_of(plain, numpys, st.lists(plain, max_size=3), st.just(b"1"), st.just(object))
 
 
 @st.composite

@@ -9,12 +9,16 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.config import AutomatonConfig
+from scla_mj.errors import SclaError
 from scla_mj.grid import ACTIONS, Action, Cell
+from scla_mj.validation import shown
 
 _ACTIONS: Final = len(ACTIONS)
+_SUM_TOLERANCE: Final = 1e-6
+"""Rounding of millions of changes, or of a user's float32."""
 
 
 class LearningAutomata:
@@ -33,12 +37,29 @@ class LearningAutomata:
 
     @property
     def probabilities(self) -> NDArray[np.float64]:
-        """The action probabilities of up, down, left, right in every cell, (W, H, 4); a copy. Can be assigned."""
-        return np.array(self._vectors)
+        """The action probabilities of up, down, left, right in every cell, (W, H, 4); a read-only copy.
+
+        To change them, change a copy and assign it.
+
+        Raises:
+            SclaError: on assignment, of another shape, or of what is not probabilities.
+        """
+        probabilities = np.array(self._vectors)
+        probabilities.setflags(write=False)
+        return probabilities
 
     @probabilities.setter
-    def probabilities(self, probabilities: NDArray[np.float64]) -> None:
-        self._vectors = probabilities.tolist()
+    def probabilities(self, probabilities: ArrayLike) -> None:
+        wanted = (len(self._vectors), len(self._vectors[0]), _ACTIONS)
+        try:
+            given = np.asarray(probabilities, np.float64)
+        except (TypeError, ValueError) as error:
+            raise SclaError(f"probabilities are {shown(probabilities)}: they must be numbers, {wanted}") from error
+        if given.shape != wanted:
+            raise SclaError(f"probabilities have the shape {given.shape}: it must be {wanted}")
+        if not (given >= 0.0).all() or not np.abs(given.sum(axis=2) - 1.0).max() < _SUM_TOLERANCE:
+            raise SclaError("probabilities must be 0 or more, and those of every cell add up to 1")
+        self._vectors = given.tolist()
 
     def draw(self, cell: Cell) -> Action:
         """Draw an action from the cell's probabilities."""

@@ -95,6 +95,6 @@ def build_task(
         randomisation=randomisation,
         localiser=localiser,
         streams=streams,
-        sensors=sensors or {},
+        sensors={} if sensors is None else sensors,
         crossed=checked.has_crossed(1),
     )

@@ -8,6 +8,7 @@ from scla_mj.brain.base import Brain
 from scla_mj.checked import CheckedConfig
 from scla_mj.errors import SclaError
 from scla_mj.loop.task import Task
+from scla_mj.restoring import restore_whole
 from scla_mj.signals import DecisionRecord
 from scla_mj.world.world import World
 
@@ -87,10 +88,20 @@ class Simulation:
         return {"decisions": self.decisions, "task": self.task.state(), "brain": self.brain.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a `state`, bit for bit; called on a simulation fresh from the same configuration."""
+        """Continue from a `state` of a simulation of the same configuration, bit for bit.
+
+        Raises:
+            SclaError: it is not such a state; nothing is changed then.
+        """
+        ours = type(self.brain).__module__.startswith(Brain.__module__.rpartition(".")[0])
+        free = ("rows",) if ours else ("rows", "brain")  # a user's brain may hold now this, now that
+        restore_whole(state, self.state(), self._put_back, name="the simulation's state", free=free)
+
+    def _put_back(self, state: dict[str, Any]) -> None:
         self.decisions, self.record = state["decisions"], None
-        if self.decisions and self.config.has_jumped((self.decisions - 1) // self._decisions_per_epoch + 1):
-            self.task.move_target(self.config.grid(self.config.config.epochs))
+        grid = self.config.grid(max(0, self.decisions - 1) // self._decisions_per_epoch + 1)
+        if grid is not self.task.grid:
+            self.task.move_target(grid)
         self.task.restore(state["task"])
         self.brain.restore(state["brain"])
 

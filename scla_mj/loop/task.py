@@ -13,9 +13,11 @@ from scla_mj.grid import Action, Cell, Grid, StartProtocol
 from scla_mj.loop.action_noise import ActionNoise
 from scla_mj.loop.drive import Driver
 from scla_mj.loop.localiser import Localiser
-from scla_mj.randomness import Consumer, generator
+from scla_mj.randomness import Consumer, generator, require_seed
+from scla_mj.restoring import restore_whole
 from scla_mj.sense.target_sensor import TargetSensor
 from scla_mj.signals import Feedback, Localised, Move, Outcome, Percept
+from scla_mj.validation import shown
 from scla_mj.world.domain_randomisation import DomainRandomisation
 from scla_mj.world.world import World
 
@@ -70,6 +72,8 @@ class Task:
         sensors: Mapping[str, Callable[[World], Any]],
         crossed: bool = False,
     ) -> None:
+        if not isinstance(sensors, Mapping) or not all(isinstance(k, str) and callable(v) for k, v in sensors.items()):
+            raise SclaError(f"sensors is {shown(sensors)}: it must be a dict of functions of the world, by name")
         self.crossed = crossed
         self.world = world
         self.grid = grid
@@ -154,7 +158,11 @@ class Task:
 
         Returns:
             What the robot senses in its first start cell.
+
+        Raises:
+            SclaError: `seed` is not one that a run can have.
         """
+        require_seed(seed)
         for consumer, stream in self._streams.items():
             stream.bit_generator.state = generator(seed, consumer).bit_generator.state
         self._driver.restart()
@@ -175,7 +183,14 @@ class Task:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a `state`, bit for bit, once the target is where it was (see `move_target`)."""
+        """Continue from a `state`, bit for bit, once the target is where it was (see `move_target`).
+
+        Raises:
+            SclaError: it is not the state of such a task; nothing is changed then.
+        """
+        restore_whole(state, self.state(), self._put_back, name="the task's state", free=("rows",))
+
+    def _put_back(self, state: dict[str, Any]) -> None:
         self._randomisation.restore(state["randomisation"])  # before the world's state, which is one of that model
         self.world.restore(state["world"])
         self._driver.restore(state["driver"])

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.config import AutomatonConfig
+from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell
 
 CELL = Cell(2, 4)
@@ -83,7 +84,7 @@ def test_probabilities_stay_probabilities(scheme, reward_rate, penalty_rate, sig
 def test_actions_are_drawn_as_often_as_they_are_probable():
     automata, draws = build(), 20_000
     probabilities = np.array([0.5, 0.05, 0.3, 0.15])
-    every = automata.probabilities
+    every = automata.probabilities.copy()
     every[CELL.x - 1, CELL.y - 1] = probabilities
     automata.probabilities = every
     counts = np.bincount([automata.draw(CELL) for _ in range(draws)], minlength=4)
@@ -96,3 +97,14 @@ def test_a_certain_automaton_never_draws_anything_else():
     automata.reward(CELL, Action.RIGHT)
     assert {automata.draw(CELL) for _ in range(200)} == {Action.RIGHT}
     assert math.isclose(vector(automata).sum(), 1)
+
+
+def test_probabilities_are_changed_by_assignment_only_and_only_to_probabilities():
+    automata = build()
+    with pytest.raises(ValueError, match="read-only"):
+        automata.probabilities[0, 0] = 1.0
+    good = automata.probabilities
+    for wrong in (good[:1], good * 2, good - 0.5, good * np.nan, "a", None):
+        with pytest.raises(SclaError, match=r"probabilities (are|have|must)"):
+            automata.probabilities = wrong
+    np.testing.assert_array_equal(automata.probabilities, good)

@@ -65,9 +65,13 @@ def test_a_restored_dense_network_continues_bit_identically():
     np.testing.assert_array_equal(other.spikes().neuron, dense.spikes().neuron)
 
 
-def test_a_runaway_is_reported_in_a_sentence():
-    with pytest.raises(SclaError, match="no longer finite"):
-        DenseNetwork(EXACT).run(20, np.full(1000, 1e200))
+def test_currents_without_measure_are_refused_and_the_largest_that_is_taken_leaves_it_sound():
+    network = DenseNetwork(EXACT)
+    with pytest.raises(SclaError, match="within 1e6"):
+        network.run(20, np.full(1000, 1e200))
+    for drive in (1e6, -1e6, 0.0):
+        network.run(20, np.full(1000, drive))
+    assert np.isfinite((network.arrays.v, network.arrays.u)).all()
 
 
 class Hebb(PairSTDP):

@@ -247,7 +247,7 @@ def test_the_population_counts_are_those_of_the_spikes():
 
 def test_a_network_that_runs_away_is_reported_in_a_sentence():
     network = build()
-    network.arrays.v[5] = np.inf
+    network.arrays.u[5] = np.nan
     with pytest.raises(SclaError, match="no longer finite"):
         network.run(1)
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import INHIBITORY, MOTOR, PROJECTIONS, SENSORY
 from scla_mj.brain.network.kernel import NOT_FINITE
-from scla_mj.brain.network.network import Network
-from scla_mj.brain.network.parameters import FAST_SPIKING, REGULAR_SPIKING
+from scla_mj.brain.network.network import Network, read_only
+from scla_mj.brain.network.parameters import FAST_SPIKING, REGULAR_SPIKING, V_LIMIT_MV
 from scla_mj.config import NetworkConfig, PlasticityConfig
 
 _SHAPE = (len(PROJECTIONS), SENSORY[0].size, MOTOR[0].size)
@@ -80,7 +80,7 @@ class DenseNetwork(Network):
         rule: Callable[..., PairSTDP] = PairSTDP,
     ) -> None:
         super().__init__(network, plasticity, neural_step_ms=neural_step_ms, seed=seed)
-        self.rule = rule(plasticity, neural_step_ms=neural_step_ms)
+        self.rule = rule(plasticity, neural_step_ms=float(neural_step_ms))
         self._config, self._step_ms = network, neural_step_ms
         self._dopamine_decay = math.exp(-neural_step_ms / plasticity.dopamine_tau_ms)
         cells = [REGULAR_SPIKING, FAST_SPIKING]
@@ -88,17 +88,16 @@ class DenseNetwork(Network):
 
     @property
     def eligibility(self) -> NDArray[Any]:
-        """The rule's `eligibility`, (8, 100, 100); a copy."""
-        return self.rule.eligibility.copy()
+        """The rule's `eligibility`, (8, 100, 100); a read-only copy."""
+        return read_only(self.rule.eligibility.copy())
 
     def state(self) -> dict[str, Any]:
         """Return copies of all that changes, the rule's arrays too."""
         rule = {name: value.copy() for name, value in vars(self.rule).items() if isinstance(value, np.ndarray)}
         return super().state() | {"rule": rule}
 
-    def restore(self, state: dict[str, Any]) -> None:
-        """Restore a `state`, bit-identically, and begin a new window."""
-        super().restore(state)
+    def _put_back(self, state: dict[str, Any]) -> None:
+        super()._put_back(state)
         for name, value in state["rule"].items():
             getattr(self.rule, name)[:] = value
 
@@ -130,8 +129,9 @@ class DenseNetwork(Network):
         v, u, h = self.arrays.v, self.arrays.u, self._step_ms
         noise = self.parameters.noise_amplitude * self._uniform()
         current = drive + (1.0 / h) * self.arrays.synaptic + noise
-        for _ in range(2):
-            v += 0.5 * h * (0.04 * v * v + 5.0 * v + 140.0 - u + current)
+        v += 0.5 * h * (0.04 * v * v + 5.0 * v + 140.0 - u + current)
+        np.clip(v, -V_LIMIT_MV, V_LIMIT_MV, out=v)
+        v += 0.5 * h * (0.04 * v * v + 5.0 * v + 140.0 - u + current)
         u += self._a * h * (self._b * v - u)
         fired: NDArray[np.bool_] = v >= 30.0
         v[fired] = self._c[fired]

@@ -9,13 +9,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, populations_of
 from scla_mj.brain.network import kernel, readers
+from scla_mj.brain.network.inputs import MOST_DOPAMINE, MOST_STEPS, count, current, fill
 from scla_mj.brain.network.memory import arrays_of, initialise, new_memory
 from scla_mj.brain.network.parameters import STRETCH_STEPS, build_parameters
 from scla_mj.checked import check, option
 from scla_mj.config import ClockConfig, NetworkConfig, PlasticityConfig, RunConfig
 from scla_mj.errors import SclaError
+from scla_mj.restoring import restore_whole
 from scla_mj.validation import validated
 
+_MOST_NEURONS: Final = 1_000_000
+"""Their memory is 0.7 GB."""
 _SPIKES_PER_CALL: Final = 4_000_000
 """Room for a spike of every neuron in every step of one call of the kernel: longer runs take several calls."""
 
@@ -41,7 +45,7 @@ class Network:
         plasticity: STDP, eligibility and dopamine.
         neural_step_ms: length of one step.
         seed: of the initial weights and of the noise; a run with this seed has the same network.
-        neurons: N, a multiple of 1000; a larger network has as many synapses per neuron (anatomy.py).
+        neurons: N, a multiple of 1000 up to a million; a larger network has as many synapses per neuron (anatomy.py).
 
     Attributes:
         populations: the 12 populations, each with `name`, `start` and `stop`: neurons [start, stop).
@@ -70,10 +74,14 @@ class Network:
         seed: int = 0,
         neurons: int = NEURON_COUNT,
     ) -> None:
+        neurons = count("neurons", neurons, most=_MOST_NEURONS)
         if neurons < NEURON_COUNT or neurons % NEURON_COUNT:
             raise SclaError(f"a network of {neurons} neurons has no such populations: choose a multiple of 1000")
-        checked = check(RunConfig(network=network, plasticity=plasticity, seed=seed)).config
-        validated(ClockConfig, {"neural_step_ms": neural_step_ms}, spell=lambda path: option(("clock", *path)))
+        asked = {"neural_step_ms": neural_step_ms}
+        neural_step_ms = validated(ClockConfig, asked, spell=lambda path: option(("clock", *path))).neural_step_ms
+        clock = ClockConfig(neural_step_ms, neural_step_ms, *[20 * neural_step_ms] * 3)  # the others fit any step
+        checked = check(RunConfig(network=network, plasticity=plasticity, seed=seed, clock=clock)).config
+        network, plasticity = checked.network, checked.plasticity
         self.populations = populations_of(neurons)
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)
@@ -84,7 +92,7 @@ class Network:
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
         self._nothing = np.zeros(len(PROJECTIONS))
-        self._undriven = np.zeros(neurons, self._real)
+        self._undriven, self._drive = np.zeros((2, neurons), self._real)
         self._counts = np.zeros(len(POPULATIONS), np.int64)
         self._window_steps = 0
         self.spike_count = 0
@@ -109,14 +117,14 @@ class Network:
         """
         weights = np.empty(self.arrays.weight.shape, self._real)
         readers.read_weights(self.memory, weights)
-        return _read_only(_by_block(weights))
+        return read_only(_by_block(weights))
 
     @weights.setter
     def weights(self, weights: ArrayLike) -> None:
-        _require_shape("weights", weights, _by_block(self.arrays.weight).shape)
-        values, highest = np.asarray(weights, self._real), self.parameters.plasticity.weight_max
-        if not (np.isfinite(values).all() and values.min() >= 0.0 and values.max() <= highest):
-            low, high = values.min(), values.max()
+        highest = self.parameters.plasticity.weight_max
+        values = fill("weights", np.empty(_by_block(self.arrays.weight).shape, self._real), weights)
+        low, high = values.min(), values.max()
+        if not 0.0 <= low <= high <= highest:
             raise SclaError(f"weights go from {low:g} to {high:g}: every weight must be a number from 0 to {highest:g}")
         self.arrays.weight[:] = values.reshape(self.arrays.weight.shape)
         self.arrays.gathered_at[:] = self.arrays.gathered[:, np.newaxis]
@@ -127,12 +135,12 @@ class Network:
         """The eligibility traces, shaped like the weights; a read-only copy."""
         sensors = [projection.sensor for projection in PROJECTIONS]
         decayed = self.arrays.decayed[sensors].astype(self._real)
-        return _read_only(_by_block(self.arrays.scaled * decayed[:, np.newaxis, np.newaxis]))
+        return read_only(_by_block(self.arrays.scaled * decayed[:, np.newaxis, np.newaxis]))
 
     @property
     def dopamine(self) -> NDArray[np.float64]:
         """The dopamine concentration at each projection, (8,); a read-only copy."""
-        return _read_only(self.arrays.dopamine + self._due())
+        return read_only(self.arrays.dopamine + self._due())
 
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each projection's mean weight, mV, (8,)."""
@@ -156,9 +164,8 @@ class Network:
         Raises:
             SclaError: `steps` or `drive` is not valid, or a membrane potential is no longer finite (it stays so).
         """
-        current = self._undriven if drive is None else np.ascontiguousarray(drive, self._real)
-        _require_shape("drive", current, self._undriven.shape)
-        _require_count("steps", steps)
+        driven = self._undriven if drive is None else current(fill("drive", self._drive, drive))
+        steps = count("steps", steps, most=MOST_STEPS - self._window_steps * extend)
         if not extend:
             self._begin_window()
         wanted = self._window_steps + steps
@@ -169,7 +176,7 @@ class Network:
                 self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
                 size = min([size, *(due - self._steps for due, _ in self._releases)])
             self._reserve(size)
-            filled = self._run(size, current, released)
+            filled = self._run(size, driven, released)
             if filled == kernel.NOT_FINITE:
                 raise SclaError("a membrane potential is no longer finite: use a smaller drive, noise or neural step")
             self.spike_count = filled
@@ -186,14 +193,13 @@ class Network:
         """Add a signed amount to the dopamine concentration at each projection, (8,), now or after some steps.
 
         Raises:
-            SclaError: `amount` is not eight finite numbers, or `delay_steps` is not a whole number.
+            SclaError: `amount` is not eight numbers from -1000 to 1000, or `delay_steps` is not a whole number.
         """
-        _require_shape("amount", amount, self._nothing.shape)
-        _require_count("delay_steps", delay_steps)
-        released = np.array(amount, np.float64)
-        if not np.isfinite(released).all():
-            raise SclaError(f"amount is {released.tolist()}: every amount of dopamine must be a finite number")
-        self._releases.append((self._steps + delay_steps, released))
+        released = fill("amount", np.empty(len(PROJECTIONS)), amount)
+        if not np.abs(released).max() <= MOST_DOPAMINE:
+            shortly = ", ".join(f"{part:g}" for part in released)
+            raise SclaError(f"amount is {shortly}: every amount of dopamine must be a number from -1000 to 1000")
+        self._releases.append((self._steps + count("delay_steps", delay_steps), released))
 
     def state(self) -> dict[str, Any]:
         """Return copies of all that changes: the arrays, the number of steps so far, dopamine that is still to come."""
@@ -203,12 +209,20 @@ class Network:
         return {"arrays": arrays, "steps": self._steps, "releases": releases, "means": means}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Restore a `state`, bit-identically, and begin a new window."""
+        """Restore a `state`, bit-identically, and begin a new window.
+
+        Raises:
+            SclaError: it is not the state of such a network; nothing is changed then.
+        """
+        restore_whole(state, self.state(), self._put_back, name="the network's state")
+
+    def _put_back(self, state: dict[str, Any]) -> None:
+        releases = [(release["due"], fill("amount", np.empty(8), release["amount"])) for release in state["releases"]]
         self._begin_window()
         for name, array in state["arrays"].items():
             getattr(self.arrays, name)[:] = array
         self._steps = state["steps"]
-        self._releases = [(release["due"], release["amount"]) for release in state["releases"]]
+        self._releases = releases
         self._means[:], self._mean_at[:] = state["means"]["values"], state["means"]["at"]
 
     def _run(self, steps: int, drive: NDArray[Any], released: NDArray[np.float64]) -> int:
@@ -240,18 +254,7 @@ def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:
     return blocks[:, 0] if blocks.shape[1] == 1 else blocks
 
 
-def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """Return a copy made for a reader such that writing to it, which would change nothing here, raises."""
     array.setflags(write=False)
     return array
-
-
-def _require_shape(name: str, array: ArrayLike, wanted: tuple[int, ...]) -> None:
-    """Compiled code checks no bounds."""
-    if np.shape(array) != wanted:
-        raise SclaError(f"{name} has the shape {np.shape(array)}: it must be {wanted}")
-
-
-def _require_count(name: str, value: int) -> None:
-    if not isinstance(value, int | np.integer) or value < 0:
-        raise SclaError(f"{name} is {value}: it must be a whole number, 0 or more")

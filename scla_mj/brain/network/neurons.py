@@ -43,6 +43,7 @@ def constants_of(cell: Any) -> NeuronConstants:
         cell.linear,
         cell.offset,
         cell.half_step,
+        cell.limit,
         cell.pulse,
         cell.peak,
         cell.rate,
@@ -56,6 +57,7 @@ def constants_of(cell: Any) -> NeuronConstants:
 def next_state(v: Any, u: Any, current: Any, c: NeuronConstants) -> tuple[Any, Any, bool]:
     """Equations 1 and 2: v in two half steps with the old u, then u from the new v; reset, and whether it fired."""
     v += c.half_step * (c.quadratic * v * v + c.linear * v + c.offset - u + current)
+    v = min(max(v, -c.limit), c.limit)
     v += c.half_step * (c.quadratic * v * v + c.linear * v + c.offset - u + current)
     u += c.rate * (c.sensitivity * v - u)
     over = v >= c.peak

@@ -25,6 +25,10 @@ class CellType(NamedTuple):
 REGULAR_SPIKING: Final = CellType(0.02, 0.2, -65.0, 8.0)
 FAST_SPIKING: Final = CellType(0.1, 0.2, -65.0, 2.0)
 
+V_LIMIT_MV: Final = 1000.0
+"""Three times what v reaches in a sound run. Beyond, v squared would let the explicit half steps diverge, as they do in
+steps of 1 ms where a current of some -300 comes and goes."""
+
 # Lower bounds: a smaller dopamine concentration, eligibility (LOWER_BOUND) or STDP trace (TRACE_LOWER_BOUND) becomes
 # zero. Subnormal numbers would slow the kernel thirteen-fold, and zeros cost nothing. What is dropped moves no weight
 # by as much as its own rounding: rate tau_d LOWER_BOUND times an eligibility of 0.4 is 4e-7 in float32, where a weight
@@ -48,13 +52,15 @@ class NeuronConstants(NamedTuple):
     """Equations 1 and 2 for one step: every field a scalar of the kernel's number format.
 
     `quadratic`, `linear`, `offset` are 0.04, 5 and 140; `half_step` is half the neural step in ms, `rate` is a times
-    the step; `pulse` makes a synaptic current of one step carry the same charge at any step length.
+    the step; `pulse` makes a synaptic current of one step carry the same charge at any step length. `limit` bounds v
+    between its two half steps (V_LIMIT_MV).
     """
 
     quadratic: Any
     linear: Any
     offset: Any
     half_step: Any
+    limit: Any
     pulse: Any
     peak: Any
     rate: Any
@@ -165,6 +171,7 @@ def _neuron_constants(kind: CellType, step_ms: float, real: Any) -> NeuronConsta
         linear=real(5.0),
         offset=real(140.0),
         half_step=real(0.5 * step_ms),
+        limit=real(V_LIMIT_MV),
         pulse=real(1.0 / step_ms),
         peak=real(30.0),
         rate=real(kind.a * step_ms),
