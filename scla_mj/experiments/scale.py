@@ -12,6 +12,10 @@ TEN_SEEDS: Final = tuple(range(10))
 ABLATION_EPOCHS: Final = 5
 WORLD_EPOCHS: Final = 14
 GRID_EPOCHS: Final = 10
+LADDER_EPOCHS: Final = 6
+"""Whoever learns at all has done so by epoch 3."""
+CROSSED_EPOCHS: Final = 18
+"""Seven epochs to learn the new body in."""
 JUMP_EPOCH: Final = 11
 
 FULL: Final = RunConfig(epochs=PAPER_EPOCHS, telemetry="off")
