@@ -38,24 +38,23 @@ def hints(kind: Any = RunConfig, *path: str) -> dict[str, Any]:
     return found
 
 
-def number(hint: Any, default: Any) -> st.SearchStrategy[str]:
-    """Return numbers within the option's range, its ends and what lies just beyond."""
+def number(hint: Any, default: Any, tame: bool) -> st.SearchStrategy[str]:
+    """Return numbers within the option's range, its ends and, unless `tame`, what lies just beyond."""
     low, high = bounds(hint)
     low, high = max(low, -LARGE), min(high, 1e30)
     top = min(high, max(low, LARGE))
     if isinstance(default, int):
         inside = st.integers(math.ceil(low), int(top))
-        edges = [low, low - 1, low + 1, top, top + 1, 2**31, 2**63, 10**30]
+        edges = [low, low + 1, top] if tame else [low, low - 1, low + 1, top, top + 1, 2**31, 2**63, 10**30]
         return st.one_of(inside, inside, inside, st.sampled_from([int(edge) for edge in edges])).map(str)
     inside = st.floats(low, top)
-    near = st.sampled_from(
-        [low, top, math.nextafter(low, -math.inf), math.nextafter(top, math.inf), default, default / 2]
-    )
+    beyond = [] if tame else [math.nextafter(low, -math.inf), math.nextafter(top, math.inf)]
+    near = st.sampled_from([low, top, default, *beyond] + [default / 2] * (not tame or low <= default / 2))
     scale = st.floats(-6, 3).map(lambda exponent: 10.0**exponent).filter(lambda value: low <= value <= high)
     return st.one_of(inside, near, near, scale).map(repr)
 
 
-def words(option: str, hint: Any, default: Any) -> st.SearchStrategy[list[str]]:
+def words(option: str, hint: Any, default: Any, tame: bool) -> st.SearchStrategy[list[str]]:
     """Return the words that follow an option, most of them possible."""
     if option == "brain":
         strange = [
@@ -66,22 +65,26 @@ def words(option: str, hint: Any, default: Any) -> st.SearchStrategy[list[str]]:
             "scla_mj.brain.scla:SclaBrain",
             "scla:",
         ]
-        return st.sampled_from([*BRAINS, *BRAINS, *strange]).map(lambda word: [word])
+        return st.sampled_from([*BRAINS] if tame else [*BRAINS, *BRAINS, *strange]).map(lambda word: [word])
     if typing.get_origin(hint) is Literal:
         return st.sampled_from(typing.get_args(hint)).map(lambda word: [str(word)])
     if option == "closed-cells":
+        if tame:
+            return st.sampled_from([["1", "1"], ["2", "2", "4", "4"], ["5", "1", "5", "2"]])
         return st.lists(st.integers(0, 6).map(str), max_size=9)
     if typing.get_origin(hint) is tuple:
         kind = typing.get_args(hint)[0]
         if isinstance(default[0], int):
-            return st.lists(st.one_of(st.integers(1, 6), st.integers(-1, 120)).map(str), min_size=2, max_size=2)
-        return st.lists(number(kind, default[0]), min_size=2, max_size=2)
-    return number(hint, default).map(lambda word: [word])
+            any_size = st.one_of(st.integers(1, 6), st.integers(-1, 120))
+            return st.lists((st.integers(4, 5) if tame else any_size).map(str), min_size=2, max_size=2)
+        pair = st.lists(number(kind, default[0], tame), min_size=2, max_size=2)
+        return pair.map(lambda ends: sorted(ends, key=float)) if tame else pair
+    return number(hint, default, tame).map(lambda word: [word])
 
 
 @st.composite
 def command_lines(draw: st.DrawFn) -> list[str]:
-    """Draw the options of a rollout: up to eight, each possible, or wild one time in ten."""
+    """Draw the options of a rollout: up to eight, in three lines of four all possible, otherwise one in ten wild."""
     types, defaults = hints(), flatten(RunConfig())
     chosen = draw(st.lists(st.sampled_from(sorted(types.keys() - FIXED)), max_size=8, unique=True))
     own = draw(st.sampled_from(OWN)) if draw(st.integers(0, 3)) == 0 else None
@@ -91,21 +94,23 @@ def command_lines(draw: st.DrawFn) -> list[str]:
         )
         chosen = [option for option in chosen if option != "brain" and not option.startswith(unread)]
     line: list[str] = []
+    tame = draw(st.integers(0, 3)) > 0
     for option in chosen:
         if types[option] is bool:
             section, _, name = option.rpartition(".")
             line.append(draw(st.sampled_from([f"--{option}", f"--{section}.no-{name}" if section else f"--no-{name}"])))
             continue
         wild = st.lists(st.sampled_from(WILD), max_size=3)
-        is_wild = draw(st.integers(0, 9)) == 0
-        line += draw(spellings(option, draw(wild if is_wild else words(option, types[option], defaults[option]))))
+        is_wild = not tame and draw(st.integers(0, 9)) == 0
+        values = wild if is_wild else words(option, types[option], defaults[option], tame)
+        line += draw(spellings(option, draw(values), tame))
     if draw(st.integers(0, 3)) == 0:
         line += ["--disturb", *draw(st.lists(st.sampled_from([*SETS, ALL]), min_size=1, max_size=3, unique=True))]
-    return line if own is None else line + draw(own_settings(own))
+    return line if own is None else line + draw(own_settings(own, tame))
 
 
 @st.composite
-def own_settings(draw: st.DrawFn, name: str) -> list[str]:
+def own_settings(draw: st.DrawFn, name: str, tame: bool) -> list[str]:
     """Draw one or two of the settings that a brain has of its own."""
     kind: Any = BRAINS[name].Settings
     every = typing.get_type_hints(kind, include_extras=True)
@@ -116,7 +121,7 @@ def own_settings(draw: st.DrawFn, name: str) -> list[str]:
         if types[field] is bool:
             line.append(draw(st.sampled_from([f"--{option}", f"--brain.no-{option_of(field)}"])))
         else:
-            line += [f"--{option}", *draw(words(option, types[field], getattr(kind(), field)))]
+            line += [f"--{option}", *draw(words(option, types[field], getattr(kind(), field), tame))]
     return line
 
 
@@ -131,8 +136,8 @@ def python_values() -> st.SearchStrategy[Any]:
 
 
 @st.composite
-def spellings(draw: st.DrawFn, option: str, values: list[str]) -> list[str]:
-    """Draw how an option and its values are written: with `=`, with underscores, one time in twenty twice."""
+def spellings(draw: st.DrawFn, option: str, values: list[str], tame: bool) -> list[str]:
+    """Draw how an option and its values are written: with `=`, with underscores, unless `tame` now and then twice."""
     name = f"--{draw(st.sampled_from([option, option, option.replace('-', '_')]))}"
     written = [f"{name}={values[0]}", *values[1:]] if values and draw(st.booleans()) else [name, *values]
-    return written * (2 if draw(st.integers(0, 19)) == 0 else 1)
+    return written * (2 if not tame and draw(st.integers(0, 19)) == 0 else 1)

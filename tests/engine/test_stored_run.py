@@ -147,3 +147,11 @@ def test_what_was_damaged_or_removed_since_the_run_is_said_to_be_so(folder, tmp_
         _ = run.decisions
     with pytest.raises(SclaError, match=r"brain\.npz is missing: seal\.json lists it; fetch a sound copy"):
         _ = run.brain
+
+
+def test_the_largest_seed_is_stored_and_its_recording_agrees(tmp_path):
+    config = RunConfig(brain="random", epochs=1, decisions=4, seed=np.uint64(2**63 - 1))
+    scla_mj.rollout(config, tmp_path / "run", pictures=False)
+    run = scla_mj.load_run(tmp_path / "run")
+    assert run.config.seed == run.summary.seed == 2**63 - 1
+    assert run.inspect().verdict == "sound"
