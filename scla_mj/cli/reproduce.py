@@ -94,16 +94,15 @@ class Reproduce:
 
 
 def _print_experiments(experiments: tuple[Experiment, ...]) -> None:
-    from rich.table import Column, Table
+    from rich.padding import Padding
 
     from scla_mj.cli.output import wide_console
 
-    whole = [Column(name, no_wrap=True) for name in ("experiment", "group")]  # --only needs them letter by letter
-    table = Table(*whole, "seeds", "epochs", "what it asks")
+    console = wide_console(highlight=False)
     for experiment in experiments:
-        config, seeds = experiment.config, str(len(experiment.seeds))
-        table.add_row(experiment.name, experiment.group, seeds, str(config.epochs), experiment.question)
-    wide_console().print(table)
+        size = f"{len(experiment.seeds)} seeds, {experiment.config.epochs} epochs"
+        console.print(f"[bold]{experiment.name}[/bold]  ({experiment.group}; {size})", soft_wrap=True)
+        console.print(Padding(experiment.question, (0, 0, 0, 4)))
 
 
 @contextlib.contextmanager
