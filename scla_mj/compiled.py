@@ -148,8 +148,8 @@ def _warn(sentence: str) -> None:
 @functools.cache
 def _announce(*, kept: bool) -> None:
     """Say that compiling begins, once."""
-    how_often = "this once" if kept else "at every start, since no cache folder can be written to"
-    _LOG.info("compiling for this machine %s, which takes up to a minute", how_often)
+    how_often = "for this machine, once" if kept else "as at every start, since no cache folder can be written to"
+    _LOG.info("compiling %s, which takes up to a minute", how_often)
 
 
 def _digest(files: list[str]) -> str:

@@ -121,7 +121,7 @@ def test_compiling_is_announced_once_and_only_when_it_happens(tmp_path, nowhere,
     compiled._announce.cache_clear()
     with caplog.at_level(logging.INFO):
         assert (load(tmp_path).double(21), load(tmp_path).double(0.25)) == (42, 0.5)
-        assert caplog.text.count("compiling for this machine this once") == 1
+        assert caplog.text.count("compiling for this machine, once") == 1
         compiled._announce.cache_clear()
         caplog.clear()
         assert load(tmp_path).double(21) == 42

@@ -17,7 +17,7 @@ from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
 from scla_mj.collector import collect_rarely
-from scla_mj.engine.interrupts import Terminated
+from scla_mj.engine.interrupts import HANGUP, Terminated
 from scla_mj.errors import SclaError
 
 COMMANDS: Final = {
@@ -61,7 +61,7 @@ def _run(words: list[str]) -> int:
         return EXIT_BAD_INPUT
     except KeyboardInterrupt as stop:
         number = stop.args[0] if isinstance(stop, Terminated) else signal.SIGINT
-        how = "interrupted" if number == signal.SIGINT else "terminated"
+        how = {signal.SIGINT: "interrupted", HANGUP: "the terminal was closed"}.get(number, "terminated")
         print(f"scla-mj: {how}; what was complete is on disk", file=sys.stderr)
         return 128 + int(number)
 

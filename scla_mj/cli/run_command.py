@@ -37,7 +37,7 @@ def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Ca
     except KeyboardInterrupt:
         begun = progress.has_begun and can_be_resumed(find_brain(config.brain))
         if begun or (path / CHECKPOINT_NPZ).exists():
-            print(f"{resume_command(path, config)} continues from here", file=sys.stderr)
+            print(f"{resume_command(path, config)} continues it", file=sys.stderr)
         raise
     _report(path, config, summary)
 

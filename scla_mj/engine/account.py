@@ -130,10 +130,12 @@ class Account:
         """Return the figures so far."""
         config = self._checked.config
         return Summary(
+            brain=config.brain,
             protocol=config.protocol,
             seed=config.seed,
             cells=config.grid.cells,
             target=config.grid.target,
+            crossed_epoch=config.task.crossed_epoch,
             ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),
             chance_hits_per_1000=self._checked.chance_hits_per_1000(),
             epochs=tuple(map(self.epoch, self._epochs)),

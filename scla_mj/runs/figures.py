@@ -18,7 +18,6 @@ from typing import Any, Final
 from scla_mj.checked import CheckedConfig
 from scla_mj.environment import hidden
 from scla_mj.errors import SclaError
-from scla_mj.markov import hits_per_1000, uniform_policy
 from scla_mj.paths import FIGURES
 from scla_mj.runs.atomic import remove
 from scla_mj.runs.brain import read_brain, read_weight_history
@@ -68,9 +67,8 @@ def draw_if_possible(folder: Path, checked: CheckedConfig) -> None:
 def _draw(folder: Path, checked: CheckedConfig, summary: Summary, memory: Snapshot, curve: WeightCurve | None) -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a folder for its cache that it cannot write
     plots = _import_plots()
-    first, last = checked.grid(), checked.grid(summary.epochs[-1].epoch)
-    walk = hits_per_1000(first, checked.config.protocol, uniform_policy(first))
-    plots.plot_epochs(folder, summary, random_walk_hits_per_1000=walk)
+    last = checked.grid(summary.epochs[-1].epoch)
+    plots.plot_epochs(folder, summary)
     if curve is not None:
         plots.plot_weights(folder, curve, summary)
     if memory.probabilities is not None:

@@ -21,13 +21,11 @@ from scla_mj.signals import WeightCurve
 
 BAR: Final = "#4477aa"
 CEILING: Final = "#111111"
-RANDOM_WALK: Final = "#999999"
+CHANCE: Final = "#999999"
 
 
-def plot_epochs(folder: Path, summary: Summary, *, random_walk_hits_per_1000: float | None = None) -> None:
-    """Write `epochs.png`: hits per 1000 decisions of every epoch, each epoch's ceiling, and a random walk if given.
-
-    `random_walk_hits_per_1000` is what a random walk earns in the first epoch: drawn until the target jumps.
+def plot_epochs(folder: Path, summary: Summary) -> None:
+    """Write `epochs.png`: hits per 1000 decisions of every epoch, each epoch's ceiling, and chance until a jump.
 
     Raises:
         SclaError: the folder cannot be written to.
@@ -40,9 +38,8 @@ def plot_epochs(folder: Path, summary: Summary, *, random_walk_hits_per_1000: fl
         ceilings = [epoch.ceiling_hits_per_1000 for epoch in summary.epochs] or [summary.ceiling_hits_per_1000]
         before_jump = next((n for n, ceiling in enumerate(ceilings) if ceiling != ceilings[0]), len(ceilings))
         _draw_levels(axes, ceilings, "ceiling", CEILING, "--")
-        if random_walk_hits_per_1000 is not None:
-            walk = [random_walk_hits_per_1000] * before_jump + [math.nan] * (len(ceilings) - before_jump)
-            _draw_levels(axes, walk, "random walk", RANDOM_WALK, ":")
+        chance = [summary.chance_hits_per_1000] * before_jump + [math.nan] * (len(ceilings) - before_jump)
+        _draw_levels(axes, chance, "chance", CHANCE, ":")
         top = 1.12 * max([*ceilings, *hits])
         if len(numbers) <= 12:
             for number, value in zip(numbers, hits, strict=True):
@@ -69,7 +66,12 @@ def plot_weights(folder: Path, curve: WeightCurve, summary: Summary) -> None:
         unit, seconds = _time_unit(float(curve.time_s[-1]) if len(curve.time_s) else 0.0)
         draw_weights(axes, curve.time_s / seconds, curve.mean_weights)
         axes.set_xlabel(f"simulated time ({unit})")
-        _write(figure, folder / WEIGHTS_PNG, "Mean weights: agreeing projections warm, opposite ones cool", summary)
+        _write(
+            figure,
+            folder / WEIGHTS_PNG,
+            "Mean weights: solid where sensor and motor agree, dashed where they are opposite",
+            summary,
+        )
 
 
 def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], summary: Summary) -> None:
@@ -120,7 +122,8 @@ def _setting(summary: Summary) -> str:
     (width, height), (x, y) = summary.cells, summary.target
     jumps = any(epoch.ceiling_hits_per_1000 != summary.ceiling_hits_per_1000 for epoch in summary.epochs)
     where = f"target ({x}, {y}), which jumps" if jumps else f"target ({x}, {y})"
-    return f"{summary.protocol}, {width}×{height} cells, {where}, seed {summary.seed}"
+    crossed = f", wheels crossed from epoch {summary.crossed_epoch}" if summary.crossed_epoch else ""
+    return f"{summary.brain}, {summary.protocol}, {width}×{height} cells, {where}, seed {summary.seed}{crossed}"
 
 
 def _time_unit(end_s: float) -> tuple[str, float]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from scla_mj.errors import SclaError
-from scla_mj.paths import FIGURES, SEAL_JSON
+from scla_mj.paths import CONFIG_JSON, FIGURES, SEAL_JSON
 from scla_mj.runs.atomic import read_json, reading, write_json
 from scla_mj.runs.folder import is_run_file
 
@@ -98,7 +98,9 @@ def _fault(path: Path, digest: str | None) -> str | None:
 def _remedy(path: Path) -> str:
     if path.name in FIGURES:
         return f"`scla-mj figures {shlex.quote(str(path.parent))}` draws it again"
-    return "fetch a sound copy"
+    if path.name == CONFIG_JSON:
+        return "fetch a sound copy"
+    return f"`scla-mj rollout NEW --config {shlex.quote(str(path.with_name(CONFIG_JSON)))}` makes the run again"
 
 
 def _read_seal(path: Path) -> dict[str, str]:

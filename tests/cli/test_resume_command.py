@@ -92,7 +92,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     options = ["--brain", "interrupting_brain:Interrupting", "--epochs", "1", "--decisions", "20"]
     assert main(["rollout", "my run", *options]) == 130
-    assert f"scla-mj resume 'my run' --brain {options[1]} continues from here" in capsys.readouterr().err
+    assert f"scla-mj resume 'my run' --brain {options[1]} continues it" in capsys.readouterr().err
     assert main(["inspect", "my run"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("my run: sound, unfinished: 12 of 20 decisions")

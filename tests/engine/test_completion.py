@@ -86,7 +86,7 @@ def test_what_is_missing_is_finished_to_the_same_bytes(lose, run, whole, capsys)
 def test_what_nothing_else_holds_is_named_and_no_file_is_touched(name, run):
     remove(name)(run)
     before = files(run)
-    with pytest.raises(SclaError, match=rf"{name} is missing: seal.json lists it; fetch a sound copy"):
+    with pytest.raises(SclaError, match=rf"{name} is missing: seal.json lists it; `scla-mj rollout NEW --config"):
         resume(run)
     assert files(run) == before
     assert not scla_mj.load_run(run).is_complete

@@ -13,7 +13,7 @@ from scla_mj.grid import Action, Cell, Grid
 from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.drawing import POLICY_SHADES
-from scla_mj.runs.plots import BAR, CEILING, RANDOM_WALK, plot_epochs, plot_policy, plot_weights
+from scla_mj.runs.plots import BAR, CEILING, CHANCE, plot_epochs, plot_policy, plot_weights
 from scla_mj.runs.summary import epoch_summary
 from scla_mj.signals import WeightCurve
 
@@ -44,14 +44,14 @@ def test_bars_are_as_high_as_the_hits(tmp_path):
     assert np.array(bars) / bars[0] == pytest.approx([1, 2, 3, 4], abs=0.1)
 
 
-def test_a_target_that_jumps_changes_the_ceiling_and_ends_the_random_walks_line(tmp_path):
+def test_a_target_that_jumps_changes_the_ceiling_and_ends_the_line_of_chance(tmp_path):
     """Bars of 400, 240 and 240 hits reach their epochs' ceilings: the line lies on top of each."""
-    plot_epochs(tmp_path, summary_of([400, 240, 240], [400.0, 240.0, 240.0]), random_walk_hits_per_1000=31.58)
+    plot_epochs(tmp_path, summary_of([400, 240, 240], [400.0, 240.0, 240.0]))
     image = pixels(tmp_path / EPOCHS_PNG)
     bars = mask(image, BAR)
     edges = np.flatnonzero(np.diff((bars.sum(axis=0) > 20).astype(int))).reshape(-1, 2)
     above_axis = slice(int(0.85 * len(image)))
-    ceiling, walk = mask(image[above_axis], CEILING), mask(image[above_axis], RANDOM_WALK)
+    ceiling, walk = mask(image[above_axis], CEILING), mask(image[above_axis], CHANCE)
     tops = []
     for start, stop in edges:
         assert ceiling[:, start:stop].sum(axis=1).max() > 0.4 * (stop - start)  # dashed
@@ -100,7 +100,7 @@ def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
 def test_the_same_data_give_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        plot_epochs(tmp_path / name, summary_of([3, 9]), random_walk_hits_per_1000=31.58)
+        plot_epochs(tmp_path / name, summary_of([3, 9]))
         plot_policy(tmp_path / name, PAPER, np.full((5, 5, 4), 0.25), summary_of([3, 9]))
     for name in (EPOCHS_PNG, POLICY_PNG):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
