@@ -25,11 +25,14 @@ class Critic:
         rate: how fast an expectation follows what comes.
         initial: each direction's expectation before any experience.
         least: a sensed target is never expected to be worth less, so that a miss is always a disappointment.
+
+    Attributes:
+        states: what the local rule knows about every cell.
     """
 
     def __init__(self, *, discount: float, rate: float, initial: float, least: float) -> None:
         self._rate, self._least = rate, least
-        self._states = CellStates(discount=discount)
+        self.states = CellStates(discount=discount)
         self._expected = [initial] * len(Action)
 
     def expected(self, sensed: Action) -> float:
@@ -44,19 +47,19 @@ class Critic:
         progress stays worth a little for ever.
         """
         before, after = feedback.before, feedback.after
-        self._states.judge(feedback)
+        self.states.judge(feedback)
         bump = _BUMP if feedback.outcome is Outcome.BLOCKED else 0.0
         if before.sensed is None:
-            return bump + self._states[after.cell] - self._states[before.cell]
+            return bump + self.states[after.cell] - self.states[before.cell]
         hit, learnt = _HIT if feedback.hit else 0.0, self._expected[before.sensed]
         self._expected[before.sensed] = learnt + self._rate * (hit - learnt)
         return bump + hit - max(learnt if expected is None else expected, self._least)
 
     def state(self) -> dict[str, Any]:
         """Return the expectations and the cells' states."""
-        return {"expected": list(self._expected), "states": self._states.state()}
+        return {"expected": list(self._expected), "states": self.states.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Restore a `state`."""
         self._expected = list(state["expected"])
-        self._states.restore(state["states"])
+        self.states.restore(state["states"])

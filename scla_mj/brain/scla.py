@@ -101,20 +101,18 @@ class SclaBrain(Brain):
         return Snapshot(self.network.weights, self.automata.probabilities)
 
     def state(self) -> dict[str, Any]:
-        """Return the state of the network, the automata, what their signals come from, and the generator for ties."""
-        return {
-            "network": self.network.state(),
-            "automata": self.automata.state(),
-            "reinforcement": self._reinforcement.state(),
-            "ties": self._ties.bit_generator.state,
-        }
+        """Return the state of the network, the automata, what teaches them, and the generator for ties."""
+        parts = {name: part.state() for name, part in self._parts().items()}
+        return {**parts, "ties": self._ties.bit_generator.state}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Restore a `state`."""
-        self.network.restore(state["network"])
-        self.automata.restore(state["automata"])
-        self._reinforcement.restore(state["reinforcement"])
+        for name, part in self._parts().items():
+            part.restore(state[name])
         self._ties.bit_generator.state = state["ties"]
+
+    def _parts(self) -> dict[str, Any]:
+        return {"network": self.network, "automata": self.automata, "reinforcement": self._reinforcement}
 
     def _busiest(self, counts: tuple[int, int, int, int]) -> Action:
         most = max(counts)

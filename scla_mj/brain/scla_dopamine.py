@@ -82,6 +82,7 @@ class DopamineBrain(SclaBrain):
             initial=settings.initial_expectation,
             least=settings.least_expectation,
         )
+        self.states = self.critic.states
         self.prediction_error = 0.0
         self._settings = settings
         self._burst_drive = self._bursts(settings)
@@ -109,21 +110,8 @@ class DopamineBrain(SclaBrain):
         self._counts = self.network.advance(self._driven_steps - crossing, extend=True)
         self._teach_automata(feedback, dopamine)
 
-    def state(self) -> dict[str, Any]:
-        """Return the state of the network, the automata, the critic, and the generator for ties."""
-        return {
-            "network": self.network.state(),
-            "automata": self.automata.state(),
-            "critic": self.critic.state(),
-            "ties": self._ties.bit_generator.state,
-        }
-
-    def restore(self, state: dict[str, Any]) -> None:
-        """Restore a `state`."""
-        self.network.restore(state["network"])
-        self.automata.restore(state["automata"])
-        self.critic.restore(state["critic"])
-        self._ties.bit_generator.state = state["ties"]
+    def _parts(self) -> dict[str, Any]:
+        return {"network": self.network, "automata": self.automata, "critic": self.critic}
 
     def _rate(self) -> float:
         """Return the expectation of a hit that the winning motor population's rate expresses, at most 1."""

@@ -41,7 +41,7 @@ def ensure(
     """Return the summary of the complete run of `config` in `path`: found there, resumed, or made.
 
     A complete run is left as it is, an interrupted one is resumed, or started again if its brain has no state. Nothing
-    that cannot be resumed is removed: it is told, and left.
+    that cannot be resumed is removed: the error names it.
 
     Raises:
         SclaError: the configuration cannot be run; the folder is in use by another process, holds a run with other

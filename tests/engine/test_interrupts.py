@@ -43,7 +43,11 @@ def rollout_with_a_signal(number, decision, folder, monkeypatch, times=1):
 
 @pytest.mark.parametrize(
     ("number", "code", "word"),
-    [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "the terminal was closed")],
+    [
+        (signal.SIGINT, 130, "interrupted"),
+        (signal.SIGTERM, 143, "terminated"),
+        (signal.SIGHUP, 129, "the terminal was closed"),
+    ],
 )
 def test_a_signal_waits_for_the_decision_and_leaves_files_that_agree(number, code, word, tmp_path, monkeypatch, capsys):
     assert rollout_with_a_signal(number, 25, tmp_path, monkeypatch) == code
