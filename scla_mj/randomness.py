@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import enum
-from typing import Final
-
-import numpy as np
+import numbers
+from typing import TYPE_CHECKING, Final
 
 from scla_mj.errors import SclaError
 from scla_mj.validation import shown
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 class Consumer(enum.IntEnum):
@@ -35,15 +37,19 @@ def require_seed(seed: int) -> None:
     Raises:
         SclaError: it is not.
     """
-    if (type(seed) is not int and not isinstance(seed, np.integer)) or not 0 <= seed <= MOST_SEED:
+    if isinstance(seed, bool) or not isinstance(seed, numbers.Integral) or not 0 <= seed <= MOST_SEED:
         raise SclaError(f"seed is {shown(seed)}: it must be a whole number, 0 to {MOST_SEED}")
 
 
 def seed_sequence(seed: int, consumer: Consumer) -> np.random.SeedSequence:
     """Return the child of the run's seed that belongs to one consumer."""
+    import numpy as np  # the command line's help needs the range of seeds alone
+
     return np.random.SeedSequence(seed, spawn_key=(int(consumer),))
 
 
 def generator(seed: int, consumer: Consumer) -> np.random.Generator:
     """Return the consumer's own generator (PCG64)."""
+    import numpy as np
+
     return np.random.Generator(np.random.PCG64(seed_sequence(seed, consumer)))

@@ -113,10 +113,14 @@ def _restore(session: Session, run: Run) -> None:
         raise SclaError(f"{path} does not belong to {run.file(paths.CONFIG_JSON)}: one of them is of another run")
     _refuse_missing_log(run)
     try:
-        if state["recorder"] is not None:
-            check_parts(run.path, state["recorder"].get("parts", []))
+        parts = None if state["recorder"] is None else state["recorder"].get("parts", [])
+        if parts is not None:
+            check_parts(run.path, parts)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise SclaError(f"{path} does not fit its own run ({type(error).__name__}: {error}); {START_AGAIN}") from error
+    try:
         session.restore(state)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+    except (SclaError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise SclaError(f"{path} does not fit its own run ({type(error).__name__}: {error}); {START_AGAIN}") from error
 
 

@@ -32,6 +32,14 @@ class {name}(SclaBrain):
 """
 
 
+@pytest.fixture(autouse=True)
+def listening():
+    """`nohup`, under which the suite may run, leaves SIGHUP ignored."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 def rollout_with_a_signal(number, decision, folder, monkeypatch, times=1):
     """Run with a brain that is sent a signal in the middle of a decision; returns the exit code."""
     module = f"signalling_{number.name}_{decision}_{times}".lower()
