@@ -126,7 +126,7 @@ def _bar() -> Iterator[Watch]:
         def watch(done: int, total: int, job: Job | None) -> None:
             if job is None:
                 shown.enter_context(progress)
-            name = f"{job.experiment.name} {job.folder.name}" if job else "runs"
+            name = f"{job.experiment.name} {job.folder.name}" if job else "runs" if total else "all complete already"
             progress.update(bar, completed=done, total=total, description=name)
 
         yield watch

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 _RESULTS: Final = (paths.SUMMARY_JSON, paths.BRAIN_NPZ, *paths.FIGURES)
 """What an orderly stop left and the run's end writes anew."""
+
+_LOG: Final = logging.getLogger(__name__)
 
 
 def resume(
@@ -108,6 +111,7 @@ def _restore(session: Session, run: Run) -> None:
     """Put the session where the checkpoint was written; without one it stays at the run's beginning."""
     state, path = read_checkpoint(run.path), run.file(paths.CHECKPOINT_NPZ)
     if state is None:
+        _LOG.info("%s has no checkpoint: the run starts again from its first decision", run.path)
         return
     if state.get("config") != run.content:
         raise SclaError(f"{path} does not belong to {run.file(paths.CONFIG_JSON)}: one of them is of another run")

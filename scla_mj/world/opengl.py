@@ -30,12 +30,12 @@ def _opengl_without_display() -> Iterator[None]:
 
 def make_physics(data: Any) -> Any:
     """Return a `dm_control.mujoco.Physics` of these data and of their model."""
-    with _opengl_without_display():
-        mujoco = with_or_without(_VARIABLE, _dm_control)
+    mujoco = with_or_without(_VARIABLE, _dm_control)
     return mujoco.Physics(mujoco.wrapper.MjData(data))
 
 
 def _dm_control() -> Any:
-    from dm_control import mujoco
+    with _opengl_without_display():
+        from dm_control import mujoco
 
     return mujoco
