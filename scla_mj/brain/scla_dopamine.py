@@ -52,6 +52,10 @@ class DopamineBrain(SclaBrain):
 
         release: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.35
         """Dopamine per unit of prediction error; from 0.05 to 0.5 it learns alike. At 0 nothing ever changes."""
+        released_at: Literal["crossing", "end"] = "crossing"
+        """When: as the axle crosses into the next cell, or as the move ends, shortly before the next decision."""
+        gate: bool = True
+        """Whether dopamine reaches the network only where a sensory population was driven in the decision window."""
         expectation_rate: Fraction = 0.2
         """How fast the expectation of a hit follows what comes."""
         initial_expectation: Fraction = 0.5
@@ -101,7 +105,7 @@ class DopamineBrain(SclaBrain):
         dopamine = self._settings.release * self.prediction_error
         burst = min(self._burst_steps, self._driven_steps)
         crossing = self._driven_steps
-        if feedback.crossed_s is not None:
+        if feedback.crossed_s is not None and self._settings.released_at == "crossing":
             crossing = min(crossing, max(burst, round(feedback.crossed_s * self._steps_per_s)))
         self.network.advance(burst, self._burst_drive[feedback.executed], extend=True)
         self.network.advance(crossing - burst, extend=True)
@@ -119,12 +123,12 @@ class DopamineBrain(SclaBrain):
         return min(1.0, float(winner - 1.0) / (self._settings.certain_spikes - 1.0))
 
     def _hears(self) -> bool:
-        """Return whether a sensory population was driven: only there do terminals release dopamine to the network.
+        """Return whether a sensory population was driven: without it the gate keeps dopamine from the network.
 
         Without one no sensory synapse had a part in the decision; chance pairings of the background would all be
         strengthened by progress alike.
         """
-        return bool(self._thinking_counts[: len(SENSORY)].max() >= _HEARD)
+        return not self._settings.gate or bool(self._thinking_counts[: len(SENSORY)].max() >= _HEARD)
 
     def _teach_automata(self, feedback: Feedback, dopamine: float) -> None:
         """Reward or penalise the executed action, unless it went astray: nobody chose it, so none is penalised."""

@@ -8,22 +8,27 @@ from scla_mj.config import RunConfig
 from scla_mj.experiments.experiment import Target, with_settings
 
 PAPER_EPOCHS: Final = 30
-TEN_SEEDS: Final = tuple(range(10))
-ABLATION_EPOCHS: Final = 5
-WORLD_EPOCHS: Final = 14
-GRID_EPOCHS: Final = 10
-LADDER_EPOCHS: Final = 6
+TEN_SEEDS: Final = tuple(range(200, 210))
+"""Settings were chosen on seeds below 200."""
+AUTOMATON_EPOCHS: Final = 20
+"""As many as the paper ran its automaton for."""
+BRIEF_EPOCHS: Final = 6
 """Whoever learns at all has done so by epoch 3."""
+ABLATION_EPOCHS: Final = 4
+SENSED_ABLATION_EPOCHS: Final = 2
+"""The network learns its four choices in the first 200 decisions."""
+JUMP_EPOCHS: Final = 14
 CROSSED_EPOCHS: Final = 18
 """Seven epochs to learn the new body in."""
+LARGE_GRID_EPOCHS: Final = 10
 JUMP_EPOCH: Final = 11
 
 FULL: Final = RunConfig(epochs=PAPER_EPOCHS, telemetry="off")
 FULL_SENSED: Final = with_settings(FULL, protocol="sensed-start")
-MEDIUM: Final = with_settings(FULL, epochs=WORLD_EPOCHS)
-MEDIUM_SENSED: Final = with_settings(MEDIUM, protocol="sensed-start")
+BRIEF: Final = with_settings(FULL, epochs=BRIEF_EPOCHS)
+BRIEF_SENSED: Final = with_settings(BRIEF, protocol="sensed-start")
 SHORT: Final = with_settings(FULL, epochs=ABLATION_EPOCHS)
-SHORT_SENSED: Final = with_settings(SHORT, protocol="sensed-start")
+SHORT_SENSED: Final = with_settings(FULL_SENSED, epochs=SENSED_ABLATION_EPOCHS)
 
 
 def equals(value: float, first: int, last: int, *, margin: float) -> Target:

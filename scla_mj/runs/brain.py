@@ -92,12 +92,18 @@ def _read_members(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _check_members(path: Path, archive: Any) -> None:
-    """Refuse foreign members before they are read; ours are not compressed, so that none unpacks into gigabytes."""
+    """Refuse foreign members before they are read; ours are not compressed, so that none unpacks into gigabytes.
+
+    Our archives begin with their first member: bytes before it belong to members that a damaged directory lost.
+    """
     for name in archive.files:
         if name not in _MEMBERS:
             raise SclaError(
                 f"{path} is not a brain file of scla-mj: it holds {name!r}, known are {', '.join(_MEMBERS)}"
             )
+    offsets = [entry.header_offset for entry in archive.zip.infolist()]
+    if min(offsets, default=archive.zip.start_dir) != 0:
+        raise SclaError(f"{path} is damaged: its directory names {len(offsets)} arrays, and the file holds more")
     if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.zip.infolist()):
         raise SclaError(f"{path} is not a brain file of scla-mj: its arrays are compressed")
 
