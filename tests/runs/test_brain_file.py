@@ -53,6 +53,21 @@ def test_a_brain_may_lack_synapses_or_automata(tmp_path, part):
     assert [name for name in read._fields if getattr(read, name) is not None] == [part]
 
 
+@pytest.mark.parametrize("kept", [0, 1, 2])
+def test_a_directory_that_lost_entries_is_not_taken_for_a_brain_that_lacks_them(tmp_path, kept):
+    write_brain(tmp_path, snapshot())
+    path = tmp_path / BRAIN_NPZ
+    content = bytearray(path.read_bytes())
+    with zipfile.ZipFile(path) as archive:
+        lost = sum(46 + len(entry.filename) + len(entry.extra) for entry in archive.infolist()[kept:])
+        directory = sum(46 + len(entry.filename) + len(entry.extra) for entry in archive.infolist())
+    end = len(content) - 22  # of a ZIP without a comment: the directory's size stands 12 bytes into its last record
+    content[end + 12 : end + 16] = (directory - lost).to_bytes(4, "little")
+    path.write_bytes(content)
+    with pytest.raises(SclaError, match="damaged"):
+        read_brain(tmp_path)
+
+
 def write_arrays(folder, **changes):
     arrays = {"weights": snapshot().weights, "projections": np.array(PROJECTION_NAMES), **changes}
     np.savez(folder / BRAIN_NPZ, **{name: array for name, array in arrays.items() if array is not None})
