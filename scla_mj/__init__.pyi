@@ -1,5 +1,10 @@
+from .anatomy import PAPER_ANATOMY as PAPER_ANATOMY
 from .anatomy import POPULATION_NAMES as POPULATION_NAMES
 from .anatomy import PROJECTION_NAMES as PROJECTION_NAMES
+from .anatomy import Anatomy as Anatomy
+from .anatomy import Population as Population
+from .anatomy import Projection as Projection
+from .anatomy import stacked as stacked
 from .brain.base import Brain as Brain
 from .brain.network.dense import DenseNetwork as DenseNetwork
 from .brain.network.dense import PairSTDP as PairSTDP

@@ -9,18 +9,8 @@ RGB = tuple[int, int, int]
 
 TARGET_COLOUR: Final = "#cc3311"
 
-# Mid tones: each stands out at 3 : 1 or more (WCAG 2.1's bound for graphics) on white and on the dashboard's dark.
-_WARM: Final = ("#e03131", "#d9690a", "#b8860b", "#d6409f")
-_COOL: Final = ("#2b7bd6", "#1098ad", "#7f66d9", "#2b9a66")
-
-
-def _projection_colours() -> dict[str, str]:
-    warm, cool = iter(_WARM), iter(_COOL)
-    return {projection.name: next(warm if projection.agrees else cool) for projection in PROJECTIONS}
-
-
-PROJECTION_COLOURS: Final = _projection_colours()
-"""By projection: warm for those that agree, cool for opposite ones."""
+PROJECTION_COLOURS: Final = {projection.name: str(projection.colour) for projection in PROJECTIONS}
+"""By projection of the paper: warm for those that agree, cool for opposite ones."""
 
 
 def rgb(colour: str) -> RGB:

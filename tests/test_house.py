@@ -12,8 +12,8 @@ PACKAGE = Path(scla_mj.__file__).parent
 ROOT = Path(__file__).parents[1]
 LINES_AT_MOST = 300
 FUNCTION_LINES_AT_MOST = 50
-PACKAGE_LINES_AT_MOST = 17_500
-"""What it has now; 13,500 is wanted."""
+PACKAGE_LINES_AT_MOST = 18_500
+"""Anatomies, networks by description and foreign worlds may take it to 20,000; 13,500 is wanted."""
 ROOM_SHARE_AT_MOST = 0.20
 CORE_SHARE_AT_LEAST = 0.38
 CORE_ROOMS = {"brain", "loop", "world", "sense", "control"}

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+from scla_mj.anatomy import Anatomy
 from scla_mj.checked import CheckedConfig
 from scla_mj.signals import Activity, Decision, Feedback, Percept, Snapshot
 
@@ -21,11 +22,14 @@ class Brain(ABC):
             `--brain.NAME VALUE`, in Python `RunConfig(brain_settings={...})`. None for a brain without any.
         reads: the settings of `RunConfig` that it reads, by the beginnings of their options; others of the same
             sections are refused if they are changed, since they would silently do nothing.
+        anatomy: its populations and projections, which recordings, tables and figures are named after; None without
+            neurons.
         sensors: its own sensors by name, each a function of the `World`; `percept.readings` has what they return.
     """
 
     Settings: ClassVar[type | None] = None
     reads: ClassVar[tuple[str, ...]] = ("network.", "plasticity.", "automaton.")
+    anatomy: Anatomy | None = None
     sensors: Mapping[str, Callable[[Any], Any]] = MappingProxyType({})
 
     def __init__(self, checked: CheckedConfig, settings: Any = None) -> None:

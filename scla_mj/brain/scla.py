@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY, Population
+from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY, Population, paper_anatomy
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
 from scla_mj.brain.network.network import Network
@@ -33,6 +33,7 @@ class SclaBrain(Brain):
         self._config = config
         self._clock = clock
         self.network = self.build_network(checked)
+        self.anatomy = paper_anatomy(weight_max=config.network.weight_max)
         cells = config.grid.cells
         self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN))
         self._reinforcement = Reinforcement(self.automata, config.automaton)
