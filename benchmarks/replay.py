@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.anatomy import POPULATIONS, PROJECTIONS
+from scla_mj.brain.base import Brain
 from scla_mj.brain.network import kernel
 from scla_mj.brain.network.network import Network
+from scla_mj.brain.registry import BRAINS
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.compiled import leaf_njit
 from scla_mj.config import RunConfig
@@ -30,8 +32,12 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class NetworkCall(NamedTuple):
-    """One stretch of network time: its steps, its drive (1000,) or None, and the dopamine released before it, (8,)."""
+    """One stretch of network time: its steps, its drive (1000,) or None, and the dopamine released before it, (8,).
 
+    `decides`: whether it is a thinking window, with which a decision begins.
+    """
+
+    decides: bool
     steps: int
     drive: NDArray[np.float64] | None
     released: tuple[NDArray[np.float64], ...]
@@ -87,7 +93,7 @@ class _RecordingNetwork(Network):
         counts = super().advance(steps, drive, extend=extend)
         if steps:
             self._recorded.network.append(
-                NetworkCall(steps, None if drive is None else np.asarray(drive), tuple(self._waiting))
+                NetworkCall(not extend, steps, None if drive is None else np.asarray(drive), tuple(self._waiting))
             )
             self._waiting.clear()
             self._recorded.spikes += self.spike_count - before
@@ -126,8 +132,8 @@ def require_replayable(config: RunConfig) -> None:
     Raises:
         SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
     """
-    if config.brain != "scla":
-        raise SclaError(f"--brain {config.brain} has no network to replay: the bench takes scla")
+    if not issubclass(BRAINS.get(config.brain, Brain), SclaBrain):
+        raise SclaError(f"--brain {config.brain} has no network to replay: the bench takes scla or scla-printed")
     if config.plasticity.dopamine_delay_s:
         raise SclaError("--plasticity.dopamine-delay-s is not 0: the bench replays dopamine without delay")
     if config.disturbance != DisturbanceConfig() or config.localisation != "truth":
@@ -179,7 +185,7 @@ def replay_network(network: Network, recorded: Recorded) -> Iterator[None]:
     counts, nothing = np.zeros(len(POPULATIONS), np.int64), np.zeros(len(PROJECTIONS))
     undriven = np.zeros_like(network.arrays.v)
     for call in recorded.network:
-        if call.drive is not None:
+        if call.decides:
             yield
         released = sum(call.released, start=nothing)
         drive = undriven if call.drive is None else call.drive

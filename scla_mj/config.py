@@ -212,9 +212,9 @@ class RunConfig(Section):
     seed: Annotated[int, Interval(ge=0, le=MOST_SEED)] = 0
     """Seed of every random stream."""
     brain: str = "scla"
-    """scla, scla-printed, scla-dopamine, network, automaton, automata-everywhere, automata-reflex, automata-coin,
-    cell-states, q-learning, q-lambda, dyna-q, actor-critic, random, shortest-path, or package.module:Class for your
-    own."""
+    """scla (with one dopamine, scla-dopamine), scla-printed (as the paper prints it), network, automaton,
+    automata-everywhere, automata-reflex, automata-coin, cell-states, q-learning, q-lambda, dyna-q, actor-critic,
+    random, shortest-path, or package.module:Class for your own."""
     telemetry: Telemetry = "light"
     """What recording.rrd keeps: nothing, the thinking windows, or every spike."""
     brain_settings: Annotated[dict[str, Any], tyro.conf.Suppress] = field(default_factory=dict)

@@ -25,17 +25,24 @@ from scla_mj.signals import Snapshot
 
 FILE = Path(__file__).with_name("bits.json")
 _DOUBLE = NetworkConfig(precision="float64")
+_ASTRAY = TaskConfig(action_noise=0.1)
 RUNS: dict[str, RunConfig] = {
-    "scla any-start float32": RunConfig(),
-    "scla any-start float64": RunConfig(network=_DOUBLE),
-    "scla sensed-start, moves astray": RunConfig(protocol="sensed-start", task=TaskConfig(action_noise=0.1)),
+    "scla-dopamine any-start float32": RunConfig(brain="scla-dopamine"),
+    "scla-dopamine any-start float64": RunConfig(brain="scla-dopamine", network=_DOUBLE),
+    "scla-dopamine sensed-start, moves astray": RunConfig(brain="scla-dopamine", protocol="sensed-start", task=_ASTRAY),
+    "scla-dopamine crossed wheels": RunConfig(brain="scla-dopamine", task=TaskConfig(crossed_epoch=1)),
+    "scla-printed any-start float32": RunConfig(brain="scla-printed"),
+    "scla-printed any-start float64": RunConfig(brain="scla-printed", network=_DOUBLE),
+    "scla-printed sensed-start, moves astray": RunConfig(brain="scla-printed", protocol="sensed-start", task=_ASTRAY),
     "network float32": RunConfig(brain="network", seed=1),
     "network float64": RunConfig(brain="network", seed=1, network=_DOUBLE),
-    "automaton": RunConfig(brain="automaton"),
-    "q-learning": RunConfig(brain="q-learning"),
-    "random": RunConfig(brain="random"),
-    "shortest-path": RunConfig(brain="shortest-path"),
-}
+} | {
+    brain: RunConfig(brain=brain)
+    for brain in (
+        "actor-critic", "automata-everywhere", "automaton", "cell-states", "dyna-q", "q-lambda", "q-learning", "random",
+        "shortest-path",
+    )
+}  # fmt: skip
 SHORT: dict[str, Any] = {"epochs": 1, "decisions": 200, "telemetry": "off"}
 
 

@@ -74,5 +74,5 @@ def test_another_process_with_other_hashes_threads_compiler_and_folder_gives_the
 
 def test_a_digest_is_of_every_column_and_every_array(found):
     assert len(set(of_part(found, "memory").values())) >= 6  # random and shortest-path remember nothing
-    assert found["scla any-start float32"]["decided"] != found["scla any-start float64"]["decided"]
+    assert found["scla-dopamine any-start float32"]["decided"] != found["scla-dopamine any-start float64"]["decided"]
     assert Path(bits.FILE).stat().st_size < 10_000

@@ -41,7 +41,7 @@ class NetworkBrain(SclaBrain):
 
 
 BRAINS: Final[dict[str, type[Brain]]] = {
-    "scla": SclaBrain,
+    "scla": DopamineBrain,
     "scla-printed": SclaBrain,
     "scla-dopamine": DopamineBrain,
     "automaton": AutomatonBrain,

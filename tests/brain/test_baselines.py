@@ -13,10 +13,10 @@ NETLESS = [name for name in BRAINS if not name.startswith(("scla", "network"))]
 
 
 @pytest.mark.parametrize("credit", ["executed", "decided"])
-def test_the_automata_hear_in_scla_exactly_what_they_hear_without_its_network(credit):
+def test_the_automata_hear_in_the_printed_form_exactly_what_they_hear_without_its_network(credit):
     """Bumps, hits, moves astray and failures: with the same moves every probability is the same to the bit."""
     settings = {"automaton": AutomatonConfig(credit=credit)}
-    (scla, grid), (alone, _) = build("scla", **settings), build("automata-everywhere", **settings)
+    (scla, grid), (alone, _) = build("scla-printed", **settings), build("automata-everywhere", **settings)
     rng = np.random.default_rng(1)
     cell = Cell(1, 1)
     for _ in range(400):

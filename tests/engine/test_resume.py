@@ -23,6 +23,7 @@ from scla_mj.telemetry.reading.recording_parts import open_parts
 
 HARD = dataclasses.replace(
     QUICK,
+    brain="scla-printed",
     epochs=3,
     telemetry="full",
     task=TaskConfig(action_noise=0.2, jump_epoch=2, crossed_epoch=3),
@@ -44,7 +45,18 @@ def run(cut, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "brain", ["scla", "automaton", "network", "shortest-path", "automata-coin", "cell-states", "dyna-q", "actor-critic"]
+    "brain",
+    [
+        "scla",
+        "scla-printed",
+        "automaton",
+        "network",
+        "shortest-path",
+        "automata-coin",
+        "cell-states",
+        "dyna-q",
+        "actor-critic",
+    ],
 )
 def test_every_brain_is_resumed_bit_identically(brain, tmp_path):
     config = dataclasses.replace(QUICK, brain=brain)
