@@ -18,6 +18,7 @@ from scla_mj.experiments.scale import (
     FULL,
     FULL_SENSED,
     LARGE_GRID_EPOCHS,
+    RANDOM_EPOCHS,
     SHORT,
     SHORT_SENSED,
     TEN_SEEDS,
@@ -94,13 +95,13 @@ COMPARISON: Final = (
     ),
     Experiment(
         "random-any-start", "comparison", "random walk, any-start", "What does chance earn?",
-        with_settings(BRIEF, brain="random"), TEN_SEEDS, None,
-        (equals(random_walk("any-start"), 1, BRIEF_EPOCHS, margin=2.0),),
+        with_settings(FULL, brain="random", epochs=RANDOM_EPOCHS), TEN_SEEDS, None,
+        (equals(random_walk("any-start"), 1, RANDOM_EPOCHS, margin=2.0),),
     ),
     Experiment(
         "random-sensed-start", "comparison", "random walk, sensed-start", "And from next to the target?",
-        with_settings(BRIEF_SENSED, brain="random"), TEN_SEEDS, None,
-        (equals(random_walk("sensed-start"), 1, BRIEF_EPOCHS, margin=3.0),),
+        with_settings(FULL_SENSED, brain="random", epochs=RANDOM_EPOCHS), TEN_SEEDS, None,
+        (equals(random_walk("sensed-start"), 1, RANDOM_EPOCHS, margin=2.0),),
     ),
     Experiment(
         "shortest-path-any-start", "comparison", "shortest path, any-start", "Does the robot reach the ceiling?",

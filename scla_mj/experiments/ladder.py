@@ -97,6 +97,7 @@ _TITLES: Final = {
     "scla-printed": "SCLA as printed",
     "scla-dopamine": "SCLA with one dopamine",
     "automata-everywhere": "SCLA without its network",
+    "dyna-q": "Dyna-Q",
     "dyna-q-reflex": "Dyna-Q with a reflex",
 }
 """Who is driven in worlds that tell reward from label and simulation from body."""
@@ -129,8 +130,8 @@ def _crossed(epoch: int, epochs: int, words: str) -> tuple[Experiment, ...]:
     title, task = f"wheels crossed {words}", {"crossed_epoch": epoch}
     any_start, sensed_start = (with_settings(base, epochs=epochs) for base in (FULL, FULL_SENSED))
     return (
-        *in_world(name, title, question, any_start, who=(*_SCLA, "dyna-q-reflex"), task=task),
-        *in_world(name, title, question, sensed_start, task=task),
+        *in_world(name, title, question, any_start, who=(*_SCLA, "dyna-q", "dyna-q-reflex"), task=task),
+        *in_world(name, title, question, sensed_start, who=(*_SCLA, "dyna-q"), task=task),
     )
 
 

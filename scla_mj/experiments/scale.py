@@ -12,6 +12,8 @@ TEN_SEEDS: Final = tuple(range(200, 210))
 """Settings were chosen on seeds below 200."""
 AUTOMATON_EPOCHS: Final = 20
 """As many as the paper ran its automaton for."""
+RANDOM_EPOCHS: Final = 20
+"""Enough to tell equality within 2 hits: an epoch of a random walk has a standard deviation of some 6 hits."""
 BRIEF_EPOCHS: Final = 6
 """Whoever learns at all has done so by epoch 3."""
 ABLATION_EPOCHS: Final = 4
