@@ -84,6 +84,11 @@ def test_only_the_brain_that_the_user_names_is_imported_by_its_name(path):
         assert "worker" in path.name and isinstance(call.args[0], ast.JoinedStr)
 
 
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_a_script_is_run_only_in_the_process_that_was_named_for_it(path):
+    assert str(path.relative_to(PACKAGE)) == "brain/bridge_child.py" or "runpy" not in set(imported(path))
+
+
 def test_the_programs_that_are_started_are_our_own_with_words_not_a_line():
     for path in MODULES:
         for call in calls(path):

@@ -18,6 +18,7 @@ from scla_mj.brain.baselines import (
     ReflexAutomataBrain,
     ShortestPathBrain,
 )
+from scla_mj.brain.bridge import bridge_class, is_bridge
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.brain.scla_dopamine import DopamineBrain
 from scla_mj.brain.tabular import ActorCriticBrain, DynaQBrain, QLambdaBrain, QLearningBrain
@@ -79,11 +80,13 @@ def build_brain(checked: CheckedConfig) -> Brain:
 
 
 def find_brain(name: str) -> type[Brain]:
-    """Return the class of the brain of that name, imported if it is a user's own.
+    """Return the class of the brain of that name; a user's own is imported, or started in its own Python.
 
     Raises:
         SclaError: there is none.
     """
+    if is_bridge(name):
+        return bridge_class(name)
     return BRAINS.get(name) or _imported(name)
 
 
@@ -127,7 +130,10 @@ def _imported(path: str) -> type[Brain]:
     if class_name and plain != module_name and _IMPORT_PATH.fullmatch(f"{plain}:{class_name}"):
         raise SclaError(f"--brain {path} names a file: name its module as in an import, --brain {plain}:{class_name}")
     if not _IMPORT_PATH.fullmatch(path):
-        raise SclaError(f"--brain {path} is unknown: choose {', '.join(BRAINS)}, or package.module:Class for your own")
+        raise SclaError(
+            f"--brain {path} is unknown: choose {', '.join(BRAINS)}, package.module:Class for your own, "
+            "or PYTHON:SCRIPT.py for one in another Python"
+        )
     importlib.invalidate_caches()  # a file may be younger than what Python knows of its folder
     with users_code(f"--brain {path}: the module {module_name} cannot be imported:"):
         module = importlib.import_module(module_name)

@@ -121,8 +121,8 @@ class StoredRun:
             raise SclaError(f"{self.path} holds no weights: --brain {self.config.brain} has no synapses to average")
         return history
 
-    def spikes(self, decision: int) -> DecisionSpikes:
-        """Return one decision's spikes from the recording: `time_s` (n,), `neuron` (n,), `population` (n,).
+    def spikes(self, decision: int | None = None) -> DecisionSpikes:
+        """Return one decision's spikes, or all, from the recording: `time_s`, `neuron`, `population`, `decision`, (n,).
 
         A light recording holds the thinking window, a full one the whole decision.
 
@@ -133,8 +133,8 @@ class StoredRun:
 
         return self._read_recording(decision_spikes, decision)
 
-    def trajectory(self, decision: int) -> DecisionTrajectory:
-        """Return one decision's poses from the recording, at 20 Hz: `time_s` (n,), `position_m` (n, 3), `heading_rad`.
+    def trajectory(self, decision: int | None = None) -> DecisionTrajectory:
+        """Return one decision's poses, or all, at 20 Hz: `time_s` (n,), `position_m` (n, 3), `heading_rad`, `decision`.
 
         Raises:
             SclaError: there is no recording, or no such decision in it.
@@ -166,10 +166,10 @@ class StoredRun:
             )
         return self._recordings
 
-    def _read_recording(self, read: Callable[[list[Path], int], _Read], decision: int) -> _Read:
+    def _read_recording(self, read: Callable[[list[Path], int | None], _Read], decision: int | None) -> _Read:
         parts = self._recorded()
         try:
-            return read(parts, self._number(decision))
+            return read(parts, None if decision is None else self._number(decision))
         except SclaError:
             check_seal(self.path, *(part.name for part in parts))  # if it was damaged since, that is why
             raise

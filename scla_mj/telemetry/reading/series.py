@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -17,53 +17,61 @@ from scla_mj.telemetry import names
 from scla_mj.telemetry.reading.chunks import Chunk, faults_named, join
 from scla_mj.telemetry.reading.recording_parts import Part, open_parts
 
+_NO_SPIKES: Final = (np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, "<U2"))
+"""The decision of each, where along the raster, its neuron and population."""
+
 
 class DecisionSpikes(NamedTuple):
-    """Spikes in the order of time, (n,) each: the run's time at the spike's neural step, the neuron, its population."""
+    """Spikes in the order of time, (n,) each: the run's time at the spike's neural step, the neuron, its population,
+    and the decision that it belongs to."""
 
     time_s: NDArray[np.float64]
     neuron: NDArray[np.int64]
     population: NDArray[np.str_]
+    decision: NDArray[np.int64]
 
 
 class DecisionTrajectory(NamedTuple):
-    """Poses of the chassis: the run's time (n,), position (n, 3) and heading from +x towards +y (n,)."""
+    """Poses of the chassis, n each: the run's time, position (n, 3), heading from +x towards +y, and decision."""
 
     time_s: NDArray[np.float64]
     position_m: NDArray[np.float64]
     heading_rad: NDArray[np.float64]
+    decision: NDArray[np.int64]
 
 
-def decision_spikes(parts: Sequence[Path], decision: int) -> DecisionSpikes:
-    """Return the spikes that a recording keeps of one decision, counted over the run from 1.
+def decision_spikes(parts: Sequence[Path], decision: int | None = None) -> DecisionSpikes:
+    """Return the spikes that a recording keeps of one decision, counted over the run from 1, or of all (there may be
+    none).
 
     Raises:
-        SclaError: the recording is damaged, has no such decision, or is of a brain without neurons.
+        SclaError: the recording is damaged, has no such decision, or that decision's brain has no neurons.
     """
-    origin_ms = started_s = step_ms = None
-    time_ms, neurons, labels = [], [], []
+    windows, found, step_ms = [np.zeros((0, 3))], [_NO_SPIKES], 1.0
     for part, chunk in _rows(parts, [f"/{names.SPIKES}/**"], decision):
         step_ms = float(part.properties["neural_step_ms"])
         name = chunk.entity.rpartition("/")[2]
         if chunk.entity == names.WINDOWS:
-            origin_ms = float(chunk.values(names.CENTRES)[0, 0] - chunk.values(names.HALF_SIZES)[0, 0])
-            started_s = float(chunk.time_s[0])
+            origin_ms = chunk.values(names.CENTRES)[:, 0] - chunk.values(names.HALF_SIZES)[:, 0]
+            windows.append(np.column_stack([chunk.decision, origin_ms, chunk.time_s]))
         elif name in POPULATION_NAMES and chunk.has(names.POINTS):
-            points = chunk.values(names.POINTS)
-            time_ms.append(points[:, 0].astype(float))
-            neurons.append(points[:, 1])
-            labels.append(np.full(len(points), name))
-    if origin_ms is None or started_s is None or step_ms is None:
+            points = chunk.values(names.POINTS).astype(float)
+            of = np.repeat(chunk.decision, chunk.lengths(names.POINTS))
+            found.append((of, *points.T, np.full(len(points), name)))
+    begun = np.concatenate(windows)
+    if decision is not None and not len(begun):
         raise _missing(parts, decision, "spikes")
-    steps = np.rint((np.concatenate([np.zeros(0), *time_ms]) - origin_ms) / step_ms)
-    neuron = np.concatenate([np.zeros(0), *neurons]).astype(np.int64)
-    order = np.lexsort((neuron, steps))
-    population = np.concatenate([np.zeros(0, "<U2"), *labels])
-    return DecisionSpikes(started_s + steps[order] * (step_ms / 1000), neuron[order], population[order])
+    begun = begun[np.argsort(begun[:, 0], kind="stable")]
+    of, at_ms, neuron, population = (np.concatenate(column) for column in zip(*found, strict=True))
+    _, origin_ms, started_s = begun[np.searchsorted(begun[:, 0], of).clip(max=len(begun) - 1)].T
+    steps = np.rint((at_ms - origin_ms) / step_ms)
+    order = np.lexsort((neuron, steps, of))
+    time_s = (started_s + steps * (step_ms / 1000))[order]
+    return DecisionSpikes(time_s, neuron[order].astype(np.int64), population[order], of[order])
 
 
-def decision_trajectory(parts: Sequence[Path], decision: int) -> DecisionTrajectory:
-    """Return the poses that a recording keeps of one decision, counted over the run from 1.
+def decision_trajectory(parts: Sequence[Path], decision: int | None = None) -> DecisionTrajectory:
+    """Return the poses that a recording keeps of one decision, counted over the run from 1, or of all.
 
     Raises:
         SclaError: the recording is damaged or has no such decision.
@@ -76,6 +84,7 @@ def decision_trajectory(parts: Sequence[Path], decision: int) -> DecisionTraject
         np.concatenate([chunk.time_s for chunk in found]),
         np.concatenate([chunk.values(names.TRANSLATION) for chunk in found]).astype(float),
         np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+        np.concatenate([chunk.decision for chunk in found]),
     )
 
 
@@ -104,15 +113,20 @@ def _chunks(parts: Sequence[Path], content: list[str]) -> Iterator[tuple[Part, C
                     yield part, chunk
 
 
-def _rows(parts: Sequence[Path], content: list[str], decision: int) -> Iterator[tuple[Part, Chunk]]:
-    """Yield one decision's rows of the entities that match."""
+def _rows(parts: Sequence[Path], content: list[str], decision: int | None) -> Iterator[tuple[Part, Chunk]]:
+    """Yield one decision's rows of the entities that match, or all that belong to one."""
     for part, chunk in _chunks(parts, content):
-        if chunk.has(names.DECISION) and (wanted := chunk.decision == decision).any():
+        if not chunk.has(names.DECISION):
+            continue
+        if decision is None:
+            yield part, chunk
+        elif (wanted := chunk.decision == decision).any():
             yield part, chunk._replace(rows=chunk.rows.filter(pa.array(wanted)))
 
 
-def _missing(parts: Sequence[Path], decision: int, what: str) -> SclaError:
+def _missing(parts: Sequence[Path], decision: int | None, what: str) -> SclaError:
+    of = "any decision" if decision is None else f"decision {decision}"
     return SclaError(
-        f"the recording {parts[0]} holds no {what} of decision {decision}: the run was stopped or the file cut "
-        "short before it, or its brain has none"
+        f"the recording {parts[0]} holds no {what} of {of}: the run was stopped or the file cut short before it, or "
+        "its brain has none"
     )
