@@ -58,7 +58,9 @@ class _Served:
     """The script's brain, asked by the names of its methods."""
 
     def __init__(self, script: str) -> None:
-        self._script, self._kind, self._brain = script, Any, Any
+        self._script = script
+        self._kind: Any = None
+        self._brain: Any = None
 
     def answer(self, call: str, *content: Any) -> str:
         """Return a line with the value that a call returns, or with what it raised."""
