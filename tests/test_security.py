@@ -105,7 +105,7 @@ def test_every_name_of_the_catalogue_is_a_plain_folder_name():
 
 
 def test_an_experiment_is_named_from_the_catalogue_and_leads_nowhere_else(tmp_path, capsys):
-    for name in ("../elsewhere", "/etc", "scla-any-start/../../x"):
+    for name in ("../elsewhere", "/etc", "scla-printed-any-start/../../x"):
         assert main(["reproduce", str(tmp_path / "out"), "--only", name]) == 2
         assert "is not an experiment" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
@@ -123,8 +123,8 @@ def test_links_in_a_folder_are_never_written_through(tmp_path, capsys):
     out.mkdir(parents=True)
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "precious.txt").write_text("mine")
-    (out / "seed-00").mkdir()
-    (out / "seed-00" / "brain.npz").symlink_to(tmp_path / "elsewhere" / "precious.txt")
+    (out / "seed-200").mkdir()
+    (out / "seed-200" / "brain.npz").symlink_to(tmp_path / "elsewhere" / "precious.txt")
     options = ["--only", "random-any-start", "--seeds", "1", "--epochs", "1", "--decisions", "2", "--workers", "1"]
     assert main(["reproduce", str(tmp_path / "out"), *options]) == 2
     assert "already holds a run (brain.npz is there)" in capsys.readouterr().err
@@ -132,7 +132,7 @@ def test_links_in_a_folder_are_never_written_through(tmp_path, capsys):
 
 
 def test_others_files_in_a_runs_place_are_left_alone(tmp_path):
-    place = tmp_path / "out" / "runs" / "random-any-start" / "seed-00"
+    place = tmp_path / "out" / "runs" / "random-any-start" / "seed-200"
     place.mkdir(parents=True)
     (place / "notes.txt").write_text("mine")
     options = ["--only", "random-any-start", "--seeds", "1", "--epochs", "1", "--decisions", "2", "--workers", "1"]

@@ -190,6 +190,6 @@ def test_the_version_is_told(option, capsys):
 
 def test_the_experiments_are_listed_without_a_folder(capsys):
     assert main(["reproduce", "--list"]) == 0
-    assert "scla-any-start" in capsys.readouterr().out
+    assert "scla-dopamine-any-start" in capsys.readouterr().out
     assert main(["reproduce"]) == 2
     assert "OUT is missing" in capsys.readouterr().err

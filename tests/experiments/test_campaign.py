@@ -19,6 +19,7 @@ from scla_mj.engine.rollout import rollout
 from scla_mj.experiments.campaign import open_jobs, run_folder, run_jobs
 from scla_mj.experiments.catalogue import CATALOGUE
 from scla_mj.experiments.experiment import Experiment, with_settings
+from scla_mj.experiments.scale import TEN_SEEDS
 from scla_mj.runs.atomic import read_json
 
 TINY = with_settings(CATALOGUE[0].config, epochs=1, decisions=12)
@@ -60,9 +61,9 @@ def test_an_interrupted_run_is_resumed_bit_identically(tmp_path):
 
 
 def test_what_is_in_use_or_damaged_is_told_and_left_and_all_else_is_run_and_reported(tmp_path, capsys):
-    experiment = next(e for e in CATALOGUE if e.name == "random-any-start").at_scale((0, 1, 2, 3), 1, 12)
-    whole, used, damaged, missing = (run_folder(tmp_path, experiment, seed) for seed in range(4))
-    rollout(dataclasses.replace(experiment.config, seed=0), whole, pictures=False)
+    experiment = next(e for e in CATALOGUE if e.name == "random-any-start").at_scale(TEN_SEEDS[:4], 1, 12)
+    whole, used, damaged, missing = (run_folder(tmp_path, experiment, seed) for seed in experiment.seeds)
+    rollout(dataclasses.replace(experiment.config, seed=experiment.seeds[0]), whole, pictures=False)
     written = (whole / "summary.json").stat().st_mtime_ns
     used.mkdir()
     damaged.mkdir()
@@ -73,7 +74,7 @@ def test_what_is_in_use_or_damaged_is_told_and_left_and_all_else_is_run_and_repo
         assert main(campaign) == 2
         said = capsys.readouterr().err.splitlines()[-1]
         assert "2 of 3 runs are not complete" in said and "report.html leaves them out" in said
-        assert "seed-01 is in use" in said or "seed-02/config.json is damaged" in said
+        assert "seed-201 is in use" in said or "seed-202/config.json is damaged" in said
         assert {path.name for path in used.iterdir()} == {".lock"}
     assert (whole / "summary.json").stat().st_mtime_ns == written
     assert (damaged / "config.json").read_text() == "{"
@@ -87,7 +88,7 @@ def test_what_is_in_use_or_damaged_is_told_and_left_and_all_else_is_run_and_repo
 def test_a_run_of_other_settings_is_neither_reused_nor_overwritten(tmp_path, capsys):
     options = ["--only", "random-any-start", "--seeds", "1", "--epochs", "1", "--workers", "1"]
     assert main(["reproduce", str(tmp_path), *options, "--decisions", "10"]) == 0
-    folder = run_folder(tmp_path, next(e for e in CATALOGUE if e.name == "random-any-start"), 0)
+    folder = run_folder(tmp_path, next(e for e in CATALOGUE if e.name == "random-any-start"), TEN_SEEDS[0])
     before = (folder / "decisions.parquet").read_bytes()
     capsys.readouterr()
     assert main(["reproduce", str(tmp_path), *options, "--decisions", "11"]) == 2

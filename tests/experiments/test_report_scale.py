@@ -44,7 +44,7 @@ def rows_of(out, name):
 def small(tmp_path_factory):
     """A quick look at two experiments: one seed, two epochs of 60 decisions."""
     out = tmp_path_factory.mktemp("small")
-    asked = scaled("scla-any-start"), scaled("automaton-any-start")
+    asked = scaled("scla-printed-any-start"), scaled("automaton-any-start")
     write(out, *asked)
     return out, report_of(out, *asked)
 
@@ -60,9 +60,9 @@ def test_a_reduced_report_says_so_on_top_and_judges_no_target(small):
 
 @pytest.mark.parametrize("scale", [{"seeds": 9}, {"epochs": 29}, {"decisions": 999}])
 def test_less_of_anything_is_a_reduced_scale(scale):
-    full = BY_NAME["scla-any-start"]
+    full = BY_NAME["scla-printed-any-start"]
     whole = {"seeds": 10, "epochs": 30, "decisions": 1000}
-    assert is_reduced(scaled("scla-any-start", **(whole | scale)))
+    assert is_reduced(scaled("scla-printed-any-start", **(whole | scale)))
     assert not is_reduced(full)
 
 
@@ -71,7 +71,7 @@ def test_a_reduced_rival_leaves_the_target_open(small):
     study = gather(out, [scaled("automaton-any-start")])
     judged = dataclasses.replace(study.evidence[0].experiment, name="of-my-own")
     mine = dataclasses.replace(study.evidence[0], experiment=judged)
-    target = BY_NAME["scla-any-start"].targets[2]._replace(rivals=(), low=0.0)
+    target = BY_NAME["scla-printed-any-start"].targets[2]._replace(rivals=(), low=0.0)
     assert judge(study, mine, target).reached is True
     assert judge(study, mine, target._replace(rivals=("automaton-any-start",))).reached is None
 
@@ -93,7 +93,7 @@ def test_runs_shorter_than_the_window_have_no_decisions_to_mastery_and_single_se
 
 def test_the_beginnings_axis_starts_at_no_decision(small):
     out, _ = small
-    study = gather(out, [scaled("scla-any-start")])
+    study = gather(out, [scaled("scla-printed-any-start")])
     _, early = charts.brain_curves("any-start", study.evidence, study)
     (axes,) = early.chart.axes
     assert axes.get_xlim() == (0.0, pytest.approx(102.0))
@@ -101,7 +101,7 @@ def test_the_beginnings_axis_starts_at_no_decision(small):
 
 
 def test_each_protocol_is_named_with_its_own_ceiling(tmp_path):
-    both = scaled("scla-sensed-start"), scaled("scla-any-start")
+    both = scaled("scla-printed-sensed-start"), scaled("scla-printed-any-start")
     write(tmp_path, *both)
     said = setting(*gather(tmp_path, both).evidence)
     assert said.startswith(
@@ -110,9 +110,9 @@ def test_each_protocol_is_named_with_its_own_ceiling(tmp_path):
 
 
 def test_asking_for_another_experiment_keeps_the_first_in_the_report(tmp_path):
-    first, second = scaled("scla-any-start"), scaled("random-any-start", seeds=2)
+    first, second = scaled("scla-printed-any-start"), scaled("random-any-start", seeds=2)
     write(tmp_path, first, second)
-    assert [e.name for e in covered(tmp_path, [first])] == ["scla-any-start", "random-any-start"]
+    assert [e.name for e in covered(tmp_path, [first])] == ["scla-printed-any-start", "random-any-start"]
     text = report_of(tmp_path, scaled("random-any-start", seeds=1))
     assert {row["brain"]: row["seeds"] for row in rows_of(tmp_path, "table-brains-any-start")} == {
         first.title: "1",
@@ -122,14 +122,14 @@ def test_asking_for_another_experiment_keeps_the_first_in_the_report(tmp_path):
 
 
 def test_seeds_that_the_catalogue_does_not_have_are_covered_too(tmp_path):
-    asked = dataclasses.replace(scaled("scla-any-start"), seeds=(12, 11))
-    write(tmp_path, asked, scaled("scla-any-start"))
+    asked = dataclasses.replace(scaled("scla-printed-any-start"), seeds=(12, 11))
+    write(tmp_path, asked, scaled("scla-printed-any-start"))
     (experiment,) = covered(tmp_path, [asked])
-    assert experiment.seeds == (0, 11, 12)
+    assert experiment.seeds == (11, 12, 200)
 
 
 def test_a_later_report_takes_its_predecessors_files_away_and_no_others(tmp_path):
-    sensed, walk = scaled("scla-sensed-start"), scaled("random-any-start")
+    sensed, walk = scaled("scla-printed-sensed-start"), scaled("random-any-start")
     write(tmp_path, sensed, walk)
     report_of(tmp_path, sensed, walk)
     mine = [tmp_path / "csv" / "table-mine.csv", tmp_path / "figures" / "mine.png", tmp_path / "precious.txt"]
@@ -138,12 +138,12 @@ def test_a_later_report_takes_its_predecessors_files_away_and_no_others(tmp_path
     with (tmp_path / "report-files.txt").open("a") as listed:
         listed.write("precious.txt\ncsv/../precious.txt\n")
     assert (tmp_path / "csv" / "table-table-5.csv").exists()
-    run_folder(tmp_path, sensed, 0).rename(tmp_path / "elsewhere")
+    run_folder(tmp_path, sensed, sensed.seeds[0]).rename(tmp_path / "elsewhere")
     report_of(tmp_path, walk)
     assert [path.read_text() for path in mine] == ["mine"] * 3
     kept = {f"{f.parent.name}/{f.name}" for f in (*tmp_path.glob("csv/*"), *tmp_path.glob("figures/*"))}
     assert kept - {"csv/table-mine.csv", "figures/mine.png"} == set(
         (tmp_path / "report-files.txt").read_text().splitlines()
     )
-    assert "csv/table-table-5.csv" not in kept and "figures/weights-scla-sensed-start.png" not in kept
+    assert "csv/table-table-5.csv" not in kept and "figures/weights-scla-printed-sensed-start.png" not in kept
     assert not list(tmp_path.glob(".*"))

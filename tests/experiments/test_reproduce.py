@@ -33,7 +33,7 @@ def test_the_documented_experiment_is_run_compared_and_judged(tmp_path):
     out = tmp_path / "out"
     assert done.stdout == f"The report:  {Path('out') / 'report.html'}\n"
     assert [row["ablation"] for row in rows_of(out, "table-ablations-any-start")] == ["penalty rate 0.1"]
-    assert {row["against"] for row in rows_of(out, "table-tests-ablations")} == {"SCLA, any-start"}
+    assert {row["against"] for row in rows_of(out, "table-tests-ablations")} == {"SCLA with one dopamine, any-start"}
     assert rows_of(out, "table-targets")[0]["verdict"] in ("reached", "missed")
     assert "A Python call of `reproduce` wrote the report" in (out / "report.md").read_text(encoding="utf-8")
 
@@ -77,7 +77,7 @@ def test_a_seed_is_named_once():
 
 @pytest.mark.parametrize("epochs", [1, 14])
 def test_a_smaller_scale_leaves_everything_else_and_a_configuration_that_can_run(epochs):
-    full = next(experiment for experiment in CATALOGUE if experiment.name == "target-jump")
+    full = next(experiment for experiment in CATALOGUE if experiment.name == "target-jump-scla-dopamine-any-start")
     small = full.at_scale((3,), epochs, 40)
     assert (small.seeds, small.config.epochs, small.config.decisions) == ((3,), epochs, 40)
     assert small.config.task.jump_epoch == min(11, epochs)
