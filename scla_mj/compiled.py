@@ -15,6 +15,11 @@ import numpy as np
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from scla_mj.errors import SclaError
+
+if numba.config.DISABLE_JIT:
+    raise SclaError("NUMBA_DISABLE_JIT is set: the loops of scla_mj run only as compiled code; unset it")
+
 _LOG: Final = logging.getLogger(__name__)
 _DIGEST_BYTES: Final = 32
 

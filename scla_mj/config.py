@@ -116,7 +116,8 @@ class NetworkConfig(Section):
     inhibitory_to_motor: Current = -0.6
     """Weight from every inhibitory neuron to every neuron of the three other motor populations; 0 switches it off."""
     runs_while_driving: bool = True
-    """One clock: neural time is physical time. Off, the network stands still while the wheels turn (an ablation)."""
+    """One clock: neural time is physical time. Off, the network stands still while the wheels turn (an ablation:
+    scla-printed, network)."""
 
 
 @dataclass(frozen=True)
@@ -136,12 +137,13 @@ class PlasticityConfig(Section):
     dopamine_tau_ms: TimeConstant = 200.0
     """Decay of the extracellular dopamine concentration (Izhikevich 2007)."""
     dopamine_release: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.5
-    """Concentration that one reward adds to a connection's dopamine, signed per connection (Izhikevich 2007: 0.5
-    uM)."""
+    """Concentration that one reward adds to a connection's dopamine, signed per connection (scla-printed, network;
+    Izhikevich 2007: 0.5 uM)."""
     dopamine_delay_s: Annotated[float, Interval(ge=0.0, le=60.0)] = 0.0
-    """Time between a move's end and the dopamine for it (an ablation)."""
+    """Time between a move's end and the dopamine for it (an ablation: scla-printed, network)."""
     modulation: Modulation = "signed"
-    """signed: up for the agreeing connection, down for the opposite one; scalar: one value for all eight."""
+    """signed: up for the agreeing connection, down for the opposite one; scalar: one value for all eight
+    (scla-printed, network)."""
     learning_rate_per_ms: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.05
     """Rate of ds/dt = rate c d, applied every step (a gain the public codes of 2007 differ on by ten)."""
 
@@ -160,17 +162,20 @@ class AutomatonConfig(Section):
     epsilon: Fraction = 0.1
     """reward-epsilon-penalty uses epsilon times the penalty rate."""
     local_rule: bool = True
-    """Signal from Table 1's F: a move into a better neighbour is good, into a worse one bad."""
+    """Signal from Table 1's F: a move into a better neighbour is good, into a worse one bad (scla-printed,
+    automata-*; scla's automata hear dopamine only)."""
     discount: Fraction = 0.9
     """A cell's state is the best of its neighbours' states times this; the target's is 1."""
     distal_reward: bool = True
-    """Signal from dopamine on arrival, to every cell left on the way, weighted by its trace."""
+    """Signal from dopamine on arrival, to every cell left on the way, weighted by its trace (scla-printed,
+    automata-*)."""
     trace_tau_moves: Annotated[float, Interval(ge=TINY, le=10_000.0)] = 1.5  # ten epochs of the paper
-    """Decay of that trace, in moves."""
+    """Decay of that trace, in moves (scla-printed, automata-*)."""
     credit: Credit = "executed"
-    """Which action a signal is for: the one the body reports to have executed, or the one that was decided."""
+    """Which action a signal is for: the one the body reports to have executed, or the one that was decided
+    (scla-printed, automata-*)."""
     bump_penalty: bool = True
-    """The environment's penalty: a blocked move is bad."""
+    """The environment's penalty: a blocked move is bad (scla-printed, automata-*)."""
 
 
 @dataclass(frozen=True)

@@ -98,11 +98,15 @@ def network_cases() -> Iterator[tuple[str, dict[str, dict[str, Any]]]]:
 def moves_cases() -> Iterator[tuple[str, dict[str, dict[str, Any]]]]:
     """Yield the ends of what only the automata or the body read."""
     kinds = {field.name: typing.get_type_hints(RunConfig)[field.name] for field in dataclasses.fields(RunConfig)}
+    every = {"automaton": {"": {"brain": "scla-printed"}}}  # which reads all of them
     for section in ("grid", "task", "clock", "automaton", "controller", "disturbance"):
         for name, at in ends(kinds[section]).items():
             if not name.endswith("_epoch") and name != STEP:  # a later epoch is refused for another reason
                 for end, value in zip(("low", "high"), at, strict=True):
-                    yield f"{section}.{name} {end}", {section: {name: value} | NEEDED.get((name, end), {})}
+                    yield (
+                        f"{section}.{name} {end}",
+                        {section: {name: value} | NEEDED.get((name, end), {})} | every.get(section, {}),
+                    )
     for name, at in {"friction_scale": (0.05, 5.0), "mass_scale": (0.2, 5.0)}.items():
         for end, value in zip(("low", "high"), at, strict=True):
             yield f"disturbance.{name} {end}", {"disturbance": {name: (value, value)}}

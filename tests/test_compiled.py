@@ -4,10 +4,12 @@ import importlib.util
 import logging
 import sys
 
+import numba
 import pytest
 from numba import float64, int64
 
 from scla_mj import compiled
+from scla_mj.errors import SclaError
 
 SOURCE = """
 from scla_mj.compiled import cached_njit
@@ -54,6 +56,13 @@ def test_a_cache_that_names_a_type_which_is_gone_is_compiled_anew(tmp_path):
     for kind in ("Old", "Newer"):
         module = load(tmp_path, text.replace("Old", kind), name="renamed")
         assert module.double(getattr(module, kind)(21.0)) == 42.0
+
+
+def test_without_its_compiler_the_package_says_what_to_unset(monkeypatch):
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    spec = importlib.util.spec_from_file_location("uncompiled", compiled.__file__)
+    with pytest.raises(SclaError, match="NUMBA_DISABLE_JIT is set"):
+        spec.loader.exec_module(importlib.util.module_from_spec(spec))
 
 
 def kept(folder):

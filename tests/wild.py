@@ -88,11 +88,14 @@ def command_lines(draw: st.DrawFn) -> list[str]:
     types, defaults = hints(), flatten(RunConfig())
     chosen = draw(st.lists(st.sampled_from(sorted(types.keys() - FIXED)), max_size=8, unique=True))
     own = draw(st.sampled_from(OWN)) if draw(st.integers(0, 3)) == 0 else None
-    if own is not None:  # leave out what this brain does not read, or most lines would be refused for it
-        unread = tuple(
-            {"network.", "plasticity.", "automaton."} - {f"{part.split('.')[0]}." for part in BRAINS[own].reads}
-        )
-        chosen = [option for option in chosen if option != "brain" and not option.startswith(unread)]
+    if own is not None or "brain" not in chosen:  # leave out what goes unread, or most lines would be refused for it
+        reads = tuple(BRAINS[own or RunConfig().brain].reads)
+        chosen = [
+            option
+            for option in chosen
+            if option != "brain"
+            and (option.startswith(reads) or not option.startswith(("network.", "plasticity.", "automaton.")))
+        ]
     line: list[str] = []
     tame = draw(st.integers(0, 3)) > 0
     for option in chosen:

@@ -121,7 +121,9 @@ def _refuse_unread(brain: type[Brain], config: RunConfig) -> None:
     reads, values, defaults = brain.reads, flatten(config), flatten(RunConfig())
     for option, value in values.items():
         if option.startswith(_OF_BRAINS) and value != defaults[option] and not option.startswith(tuple(reads)):
-            raise SclaError(f"--{option} is {shown(value)}, which --brain {config.brain} does not read: leave it out")
+            other = " or choose --brain scla-printed" if issubclass(brain, SclaBrain) else ""
+            said = f"--{option} is {shown(value)}, which --brain {config.brain} does not read"
+            raise SclaError(f"{said}: leave it out{other}")
 
 
 def _imported(path: str) -> type[Brain]:

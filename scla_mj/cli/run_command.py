@@ -31,6 +31,7 @@ def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Ca
 
     if not checkpoint_period_s >= 0.0:
         raise SclaError(f"--checkpoint-period-s is {checkpoint_period_s}: it must be 0 or more")
+    before = _dates(path)
     try:
         with RolloutProgress(config) as progress:
             summary = run(watch=progress.update, checkpoint_period_s=checkpoint_period_s)
@@ -39,7 +40,11 @@ def carry_out(path: Path, config: RunConfig, checkpoint_period_s: float, run: Ca
         if begun or (path / CHECKPOINT_NPZ).exists():
             print(f"{resume_command(path, config)} continues it", file=sys.stderr)
         raise
-    _report(path, config, summary)
+    if progress.has_begun:
+        _report(path, config, summary)
+    else:
+        written = [name for name, date in _dates(path).items() if date != before.get(name)]
+        print(f"{path} had all its decisions; written: {', '.join(written)}")
 
 
 def resume_command(path: Path, config: RunConfig) -> str:
@@ -65,6 +70,11 @@ def _report(path: Path, config: RunConfig, summary: Summary) -> None:
     parts = recordings(path)
     if parts:
         _say(console, f"Open the recording:  rerun {shlex.join(map(str, parts))}")
+
+
+def _dates(path: Path) -> dict[str, int]:
+    """Return when each of the folder's files was last written, by name."""
+    return {file.name: file.stat().st_mtime_ns for file in sorted(path.glob("[!.]*")) if file.is_file()}
 
 
 def _hardships(config: RunConfig) -> str:

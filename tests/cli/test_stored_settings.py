@@ -144,7 +144,8 @@ def test_a_brain_takes_settings_of_its_own(words, stored):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--brain.greed", "1"], "--brain.greed is not an option: --brain scla has no settings of its own"),
+        (["--brain.greed", "1"], "--brain.greed is not an option: did you mean"),
+        (["--brain", "scla-printed", "--brain.greed", "1"], "--brain scla-printed has no settings of its own"),
         (["--brain", "greedy_brain:Greedy", "--brain.greet", "1"], "did you mean --brain.greed?"),
         (["--brain", "greedy_brain:Greedy", "--brain.greed", "very"], "--brain.greed is very: it must be a number"),
         (["--brain", "greedy_brain:Greedy", "--brain.mode", "sly"], "--brain.mode is sly: it must be one of bold, shy"),
@@ -183,7 +184,11 @@ def test_the_help_of_a_named_brain_lists_its_own_settings(capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--brain", "random", "--network.sensory-drive", "9"], "which --brain random does not read"),
+        (["--brain", "random", "--network.sensory-drive", "9"], "which --brain random does not read: leave it out"),
+        (
+            ["--plasticity.modulation", "scalar"],
+            "which --brain scla does not read: leave it out or choose --brain scla-p",
+        ),
         (["--automaton.epsilon", "0.5"], "choose --automaton.scheme reward-epsilon-penalty"),
         (["--task.jump-target", "1", "1"], "choose --task.jump-epoch"),
         (["--brain", "q-learning", "--brain.epsilon", "2"], "--brain.epsilon is 2.0: it must be 0 to 1"),

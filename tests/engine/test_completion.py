@@ -82,6 +82,12 @@ def test_what_is_missing_is_finished_to_the_same_bytes(lose, run, whole, capsys)
         resume(run)
 
 
+def test_the_command_says_in_a_line_what_it_wrote(run, capsys):
+    remove(FIGURES[1])(run)
+    assert main(["resume", str(run)]) == 0
+    assert capsys.readouterr().out == f"{run} had all its decisions; written: epochs.png, policy.png, seal.json\n"
+
+
 @pytest.mark.parametrize("name", [paths.DECISIONS_PARQUET, paths.BRAIN_NPZ, paths.SUMMARY_JSON])
 def test_what_nothing_else_holds_is_named_and_no_file_is_touched(name, run):
     remove(name)(run)
