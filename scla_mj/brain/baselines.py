@@ -112,7 +112,7 @@ class AutomatonBrain(Brain):
 
 
 class AutomataBrain(Brain):
-    """SCLA without its network: the automata decide everywhere, with the very signals that they get in SCLA.
+    """SCLA without its network: the automata decide everywhere, with the very signals of scla-printed.
 
     Attributes:
         automata: the learning automata; their action probabilities can be read and set.

@@ -32,7 +32,7 @@ _IMPORT_PATH: Final = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 
 class NetworkBrain(SclaBrain):
-    """SCLA whose automata never get a signal: the network decides next to the target, chance elsewhere."""
+    """SCLA as printed, whose automata never get a signal: the network decides next to the target, chance elsewhere."""
 
     reads = ("network.", "plasticity.")
 

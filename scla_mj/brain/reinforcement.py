@@ -114,7 +114,7 @@ class PathTrace:
 
 
 class Reinforcement:
-    """Everything that SCLA's automata are taught by: the local rule, the distal reward, the penalty for a bump.
+    """Everything that scla-printed's automata are taught by: the local rule, the distal reward, the penalty for a bump.
 
     No spike, weight or dopamine concentration enters here.
 

@@ -1,4 +1,4 @@
-"""SCLA: a learning automaton in every cell advises the spiking network, which decides each move."""
+"""SCLA as printed: a learning automaton in every cell advises the spiking network, which decides each move."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ from scla_mj.signals import Activity, Decision, Feedback, Outcome, Percept, Snap
 
 
 class SclaBrain(Brain):
-    """The paper's algorithm (docs/model.md). One clock: the network runs while the robot thinks and while it drives.
+    """The paper's algorithm, scla-printed (docs/model.md).
+
+    One clock: the network runs while the robot thinks and while it drives.
 
     Attributes:
         network: the spiking network; its weights can be read and set.
