@@ -42,7 +42,7 @@ def leaf_njit(*, from_python: bool = False, **options: Any) -> Callable[[Callabl
 
 
 def cached_njit(
-    *sources: ModuleType, makes_arrays: bool = False, **options: Any
+    *sources: ModuleType, makes_arrays: bool = False, code: str = "", **options: Any
 ) -> Callable[[Callable[..., Any]], Any]:
     """Return `numba.njit(**options)` with a cache like that of `cache=True`, which harm to its files cannot break.
 
@@ -55,14 +55,15 @@ def cached_njit(
 
     numba checks the date of the function's own file alone: it would run old code of what the function calls, and cannot
     read a cache that names a type which is gone. So the digest of that file, and of `sources`, the modules of what it
-    calls, becomes part of the name under which the code is kept.
+    calls, becomes part of the name under which the code is kept; and so does that of `code`, which must tell functions
+    apart that a function holds in its closure.
     """
 
     settings = options if makes_arrays else _BORROWING | options
 
     def decorate(function: Callable[..., Any]) -> Any:
         files = [function.__code__.co_filename, *(str(module.__file__) for module in sources)]
-        function.__qualname__ += f"-{_digest(files)}"
+        function.__qualname__ += f"-{_digest(files, code)}"
         compiled = njit(**settings)(function)
         compiled._cache = _SoundCache(function)
         return compiled
@@ -74,8 +75,9 @@ class _SoundCache:
     """numba's cache of a function, where what cannot be read is compiled anew and what cannot be kept is not."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
+        self._kept: _NamedByDigest | None
         try:
-            self._kept = FunctionCache(function)
+            self._kept = _NamedByDigest(function)
         except Exception as error:  # numba finds no folder, or the environment asks for an odd one
             _LOG.debug("no cache: %s", error)
             self._kept = None
@@ -107,6 +109,13 @@ class _SoundCache:
                 self._kept.save_overload(signature, compiled)
             except Exception as error:
                 _warn(f"compiled code cannot be kept in {self.cache_path} ({error}): every start will compile it")
+
+
+class _NamedByDigest(FunctionCache):  # type: ignore[misc]
+    """numba's, but the name alone tells code apart: numba's own key of a closure differs from process to process."""
+
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        return signature, codegen.magic_tuple()
 
 
 class _DigestedFiles(IndexDataCacheFile):  # type: ignore[misc]
@@ -157,6 +166,5 @@ def _announce(*, kept: bool) -> None:
     _LOG.info("compiling %s, which takes up to a minute", how_often)
 
 
-def _digest(files: list[str]) -> str:
-    texts = (Path(file).read_bytes() for file in files)
-    return hashlib.sha256(b"".join(texts)).hexdigest()[:16]
+def _digest(files: list[str], code: str) -> str:
+    return _sha256(*(Path(file).read_bytes() for file in files), code.encode()).hex()[:16]

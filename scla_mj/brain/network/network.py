@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, populations_of
 from scla_mj.brain.network import kernel, readers
-from scla_mj.brain.network.inputs import MOST_DOPAMINE, MOST_STEPS, count, current, fill
+from scla_mj.brain.network.description import NetworkDescription
+from scla_mj.brain.network.general import GeneralNetwork
+from scla_mj.brain.network.inputs import count, fill
 from scla_mj.brain.network.memory import arrays_of, initialise, new_memory
-from scla_mj.brain.network.parameters import STRETCH_STEPS, build_parameters
+from scla_mj.brain.network.parameters import build_parameters
+from scla_mj.brain.network.window import Spikes, Window
 from scla_mj.checked import check, option
 from scla_mj.config import ClockConfig, NetworkConfig, PlasticityConfig, RunConfig
 from scla_mj.errors import SclaError
@@ -20,22 +23,9 @@ from scla_mj.validation import validated
 
 _MOST_NEURONS: Final = 1_000_000
 """Their memory is 0.7 GB."""
-_SPIKES_PER_CALL: Final = 4_000_000
-"""Room for a spike of every neuron in every step of one call of the kernel: longer runs take several calls."""
 
 
-class Spikes(NamedTuple):
-    """The spikes of a window, in order of time: the step and the neuron of each, and the count per population, (12,).
-
-    Steps count from the beginning of the window.
-    """
-
-    step: NDArray[np.int32]
-    neuron: NDArray[np.int32]
-    counts: NDArray[np.int64]
-
-
-class Network:
+class Network(Window):
     """1000 Izhikevich neurons, 80,000 plastic synapses, dopamine (paper, Tables 3 and 4, equations 1 to 4).
 
     A window of time begins with a call of `run`, or of `advance` unless that extends the one before.
@@ -88,18 +78,18 @@ class Network:
         self.memory = new_memory(self.parameters)
         self.arrays = arrays_of(self.memory)
         initialise(self.arrays, network, seed=checked.seed)
-        self._steps_per_call = max(STRETCH_STEPS, _SPIKES_PER_CALL // neurons)
-        self._steps = 0
-        self._releases: list[tuple[int, NDArray[np.float64]]] = []
-        self._nothing = np.zeros(len(PROJECTIONS))
-        self._undriven, self._drive = np.zeros((2, neurons), self._real)
-        self._counts = np.zeros(len(POPULATIONS), np.int64)
-        self._window_steps = 0
-        self.spike_count = 0
-        self._spike_step = np.empty(2 * _SPIKES_PER_CALL, np.int32)
-        self._spike_neuron = np.empty_like(self._spike_step)
+        super().__init__(neurons=neurons, populations=len(POPULATIONS), modulators=len(PROJECTIONS), real=self._real)
         self._means = np.empty(len(PROJECTIONS))
         self._mean_at = np.full(len(PROJECTIONS), -1)
+
+    @classmethod
+    def from_description(cls, description: NetworkDescription, *, seed: int = 0) -> GeneralNetwork:
+        """Return a network of any populations, projections and rule (docs/network.md).
+
+        Raises:
+            SclaError: the description does not fit together.
+        """
+        return GeneralNetwork(description, seed=seed)
 
     @property
     def weights(self) -> NDArray[Any]:
@@ -156,50 +146,13 @@ class Network:
         self.advance(steps, drive)
         return self.spikes()
 
-    def advance(self, steps: int, drive: ArrayLike | None = None, *, extend: bool = False) -> NDArray[np.int64]:
-        """Run like `run`, but return only how often each population has fired in the window, (12,).
-
-        With `extend` the steps belong to the window of the call before: counts and `spikes` cover all of it.
-
-        Raises:
-            SclaError: `steps` or `drive` is not valid, or a membrane potential is no longer finite (it stays so).
-        """
-        driven = self._undriven if drive is None else current(fill("drive", self._drive, drive))
-        steps = count("steps", steps, most=MOST_STEPS - self._window_steps * extend)
-        if not extend:
-            self._begin_window()
-        wanted = self._window_steps + steps
-        while self._window_steps < wanted:
-            released, size = self._nothing, min(self._steps_per_call, wanted - self._window_steps)
-            if self._releases:
-                released = self._due()
-                self._releases = [(due, amount) for due, amount in self._releases if due > self._steps]
-                size = min([size, *(due - self._steps for due, _ in self._releases)])
-            self._reserve(size)
-            filled = self._run(size, driven, released)
-            if filled == kernel.NOT_FINITE:
-                raise SclaError("a membrane potential is no longer finite: use a smaller drive, noise or neural step")
-            self.spike_count = filled
-            self._window_steps += size
-            self._steps += size
-        return self._counts.copy()
-
-    def spikes(self) -> Spikes:
-        """Return the window's spikes; copies."""
-        count = self.spike_count
-        return Spikes(self._spike_step[:count].copy(), self._spike_neuron[:count].copy(), self._counts.copy())
-
     def release_dopamine(self, amount: ArrayLike, *, delay_steps: int = 0) -> None:
         """Add a signed amount to the dopamine concentration at each projection, (8,), now or after some steps.
 
         Raises:
             SclaError: `amount` is not eight numbers from -1000 to 1000, or `delay_steps` is not a whole number.
         """
-        released = fill("amount", np.empty(len(PROJECTIONS)), amount)
-        if not np.abs(released).max() <= MOST_DOPAMINE:
-            shortly = ", ".join(f"{part:g}" for part in released)
-            raise SclaError(f"amount is {shortly}: every amount of dopamine must be a number from -1000 to 1000")
-        self._releases.append((self._steps + count("delay_steps", delay_steps), released))
+        super().release_dopamine(amount, delay_steps=delay_steps)
 
     def state(self) -> dict[str, Any]:
         """Return copies of all that changes: the arrays, the number of steps so far, dopamine that is still to come."""
@@ -230,22 +183,6 @@ class Network:
         room = self._spike_step, self._spike_neuron, self.spike_count
         filled: int = kernel.run(self.memory, drive, released, steps, self._window_steps, *room, self._counts)
         return filled
-
-    def _begin_window(self) -> None:
-        self._counts[:] = self.spike_count = self._window_steps = 0
-
-    def _reserve(self, steps: int) -> None:
-        """Make room for a spike of every neuron in every step, after those already stored."""
-        wanted = self.spike_count + steps * len(self._undriven) + 1
-        if wanted > len(self._spike_step):
-            room = np.empty(2 * wanted - len(self._spike_step), np.int32)
-            self._spike_step, self._spike_neuron = (
-                np.concatenate((memory, room)) for memory in (self._spike_step, self._spike_neuron)
-            )
-
-    def _due(self) -> NDArray[np.float64]:
-        """Return the dopamine that is to be released before the next step, (8,)."""
-        return sum((amount for due, amount in self._releases if due <= self._steps), start=self._nothing)
 
 
 def _by_block(synapses: NDArray[Any]) -> NDArray[Any]:

@@ -131,8 +131,8 @@ def build_parameters(
     eligibility_steps = plasticity.eligibility_tau_ms / neural_step_ms
     fading_rate = 1.0 / stdp_steps - 1.0 / eligibility_steps
     return Parameters(
-        excitatory=_neuron_constants(REGULAR_SPIKING, neural_step_ms, real),
-        inhibitory=_neuron_constants(FAST_SPIKING, neural_step_ms, real),
+        excitatory=neuron_constants(REGULAR_SPIKING, neural_step_ms, real),
+        inhibitory=neuron_constants(FAST_SPIKING, neural_step_ms, real),
         plasticity=PlasticityConstants(
             potentiation=real(plasticity.stdp_potentiation),
             depression=real(plasticity.stdp_depression),
@@ -165,7 +165,8 @@ def build_parameters(
     )
 
 
-def _neuron_constants(kind: CellType, step_ms: float, real: Any) -> NeuronConstants:
+def neuron_constants(kind: CellType, step_ms: float, real: Any) -> NeuronConstants:
+    """Return the constants of one step of one kind of neuron."""
     return NeuronConstants(
         quadratic=real(0.04),
         linear=real(5.0),
