@@ -32,6 +32,20 @@ _BESIDE: Final = next_to_the_target()
 _FIRST: Final = Target(
     "the first 1000 decisions at least the best learner's", 1, 1, "mean hits per 1000", 0.0, rivals=LEARNERS
 )
+_NEAR_BOUND: Final = 0.01 * FULL.network.weight_max
+_WEIGHTS: Final = (
+    Target("agreeing weights 1 mV above opposite ones in every seed", 10, 30, "least weight gap, mV", 1.0),
+    Target(
+        "no projection within 1 % of the upper bound",
+        10,
+        30,
+        "most mean weight, mV",
+        0.0,
+        FULL.network.weight_max - _NEAR_BOUND,
+    ),
+    Target("no projection within 1 % of the lower bound", 10, 30, "least mean weight, mV", _NEAR_BOUND),
+)
+"""What the weights must show: the network has learned, and nothing drives its weights to a bound."""
 
 PAPER: Final = (
     Experiment(
@@ -43,6 +57,7 @@ PAPER: Final = (
             Target("at least 98.5 % of the ceiling on average", 5, 30, "mean percent of ceiling", 98.5),
             Target("no seed under 97 % of the ceiling", 5, 30, "worst seed percent of ceiling", 97.0),
             _FIRST,
+            *_WEIGHTS,
         ),
     ),
     Experiment(
@@ -52,6 +67,7 @@ PAPER: Final = (
         (
             Target("no seed under 97 % of the ceiling in epoch 1", 1, 1, "worst seed percent of ceiling", 97.0),
             Target("no seed under 99.8 % from epoch 2", 2, 30, "worst seed percent of ceiling", 99.8),
+            *_WEIGHTS,
         ),
     ),
     Experiment(
@@ -178,7 +194,6 @@ def _ablation(name: str, title: str, question: str, base: RunConfig = SHORT, **s
 def _of_dopamine(name: str, title: str, question: str, base: RunConfig, **settings: Any) -> Experiment:
     """Return the form with one dopamine with one of its own settings changed."""
     config = with_settings(base, brain="scla-dopamine", brain_settings=settings)
-    title = f"one dopamine, {title}"
     return Experiment(
         f"dopamine-{name}", "ablation", title, question, config, TEN_SEEDS, f"scla-dopamine-{base.protocol}"
     )

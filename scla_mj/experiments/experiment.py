@@ -17,6 +17,9 @@ Statistic = Literal[
     "worst seed percent of ceiling",
     "equivalent hits per 1000",
     "equivalent percent of ceiling",
+    "least weight gap, mV",
+    "least mean weight, mV",
+    "most mean weight, mV",
 ]
 
 
@@ -24,9 +27,10 @@ class Target(NamedTuple):
     """What a result must reach over epochs `first_epoch` to `last_epoch`.
 
     The statistic is the mean over seeds of hits per 1000 decisions or of the percent of ceiling, or the worst seed's;
-    it must lie in [low, high]. `rivals` name experiments of the same report: the best of their means over the same
-    epochs is then the low end. For an equivalence the 90 % interval of the mean, or of its difference from that of the
-    one rival, must lie within low and high (`statistics.equivalence`).
+    of weights it is the worst of every seed and epoch: the gap between the means of agreeing and opposite projections,
+    or the mean of one projection. It must lie in [low, high]. `rivals` name experiments of the same report: the best of
+    their means over the same epochs is then the low end. For an equivalence the 90 % interval of the mean, or of its
+    difference from that of the one rival, must lie within low and high (`statistics.equivalence`).
     """
 
     text: str

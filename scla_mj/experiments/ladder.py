@@ -14,10 +14,12 @@ from scla_mj.experiments.scale import (
     BRIEF_EPOCHS,
     BRIEF_SENSED,
     CROSSED_EPOCHS,
+    FIRST_MARGIN,
     FULL,
     FULL_SENSED,
     JUMP_EPOCH,
     JUMP_EPOCHS,
+    SETTLED_MARGIN,
     SHORT,
     TEN_SEEDS,
     as_good_as,
@@ -62,10 +64,10 @@ _SENSES: Final = "And where it moves to a target that it senses?"
 
 LADDER: Final = (
     _rung("automata-everywhere", "automata-everywhere", "SCLA without its network", "What is the network worth?",
-          as_good_as("scla-printed-any-start", 1, 1, margin=5.0),
-          as_good_as("scla-printed-any-start", 3, 6, margin=1.5)),
+          as_good_as("scla-printed-any-start", 1, 1, margin=FIRST_MARGIN),
+          as_good_as("scla-printed-any-start", 3, 6, margin=SETTLED_MARGIN)),
     _rung("automata-reflex", "automata-reflex", "automata with a perfect reflex", "What could it be worth at most?",
-          as_good_as("scla-printed-any-start", 3, 6, margin=1.5)),
+          as_good_as("scla-printed-any-start", 3, 6, margin=SETTLED_MARGIN)),
     _rung("automata-coin", "automata-coin", "automata with a coin", "And at least?",
           equals(coin("any-start"), 3, 6, margin=6.0)),
     _rung("cell-states", "cell-states", "cell states, followed greedily",
@@ -113,7 +115,7 @@ def in_world(
     targets: dict[str, tuple[Target, ...]] | None = None,
     **settings: Any,
 ) -> tuple[Experiment, ...]:
-    """Return the experiments of several brains in one world; `targets` are by the experiment's name."""
+    """Return the experiments of several brains in one world, compared with the first; `targets` are by experiment."""
     found = []
     for brain in who:
         own = {"sensing": "reflex"} if brain.endswith("-reflex") else {}
@@ -121,7 +123,8 @@ def in_world(
         full = f"{name}-{brain}-{base.protocol}"
         wanted = (targets or _OF_DOPAMINE).get(full, ())
         full_title = f"{_TITLES[brain]}, {title}, {base.protocol}"
-        found.append(Experiment(full, "world", full_title, question, config, TEN_SEEDS, targets=wanted))
+        baseline = f"{name}-{who[0]}-{base.protocol}" if brain != who[0] else None
+        found.append(Experiment(full, "world", full_title, question, config, TEN_SEEDS, baseline, wanted))
     return tuple(found)
 
 

@@ -9,7 +9,11 @@ from scla_mj.experiments.experiment import Target, with_settings
 
 PAPER_EPOCHS: Final = 30
 TEN_SEEDS: Final = tuple(range(200, 210))
-"""Settings were chosen on seeds below 200."""
+CHOSEN_ON: Final = tuple(range(50, 66))
+"""The seeds on which the constants of the one dopamine were chosen; all other settings were on seeds below 200 too."""
+FIRST_MARGIN: Final = 5.0
+SETTLED_MARGIN: Final = 1.5
+"""Within how many points of the ceiling two brains count as equal, in their first epoch and once settled."""
 AUTOMATON_EPOCHS: Final = 20
 """As many as the paper ran its automaton for."""
 RANDOM_EPOCHS: Final = 20

@@ -57,12 +57,15 @@ class Equivalence(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """One sample against another: the difference of means, its p-value, and how large it is in two standard measures.
+    """One sample against another: the difference of means, its interval and p-value, and two standard effect sizes.
 
-    `p_value` is NaN where a sample has a single seed. `hedges_g` is infinite where neither sample varies.
+    `low`, `high` and `p_value` are NaN where a sample has a single seed. `hedges_g` is infinite where neither sample
+    varies.
     """
 
     difference: float
+    low: float
+    high: float
     p_value: float
     exact: bool
     hedges_g: float
@@ -156,12 +159,16 @@ def compare(values: Array, baseline: Array, *, rng: np.random.Generator | int = 
 
     Exact where there are at most `PERMUTATIONS` ways to split the seeds, else over that many random ones.
     The seeds are taken as independent samples: two brains with the same seed share the first start only.
+    The interval is Welch's, at `CONFIDENCE`.
     """
     values, baseline = np.asarray(values, dtype=np.float64), np.asarray(baseline, dtype=np.float64)
     splits = math.comb(len(values) + len(baseline), len(values))
-    difference = float(values.mean() - baseline.mean())
+    difference, error, freedom = _welch(values, baseline)
+    half = _half_width(error, freedom, CONFIDENCE)
     return Difference(
         difference,
+        difference - half,
+        difference + half,
         _permutation_p_value(values, baseline, rng) if min(len(values), len(baseline)) > 1 else math.nan,
         splits <= PERMUTATIONS,
         hedges_g(values, baseline),
@@ -175,20 +182,32 @@ def equivalence(values: Array, reference: Array | float, margin: float) -> Equiv
     Two one-sided t tests (Schuirmann 1987, J. Pharmacokinet. Biopharm. 15, 657), Welch's for two samples. Both reject
     at `TEST_LEVEL` if and only if the interval lies within the margin. All but the difference is NaN for a single seed.
     """
+    difference, error, freedom = _welch(values, reference)
+    half = _half_width(error, freedom, 1.0 - 2.0 * TEST_LEVEL)
+    if error == 0.0:
+        p_value = 0.0 if abs(difference) < margin else 1.0
+    else:
+        p_value = float(special.stdtr(freedom, (abs(difference) - margin) / error))
+    return Equivalence(difference, difference - half, difference + half, p_value)
+
+
+def _welch(values: Array, reference: Array | float) -> tuple[float, float, float]:
+    """Return the difference of means, its standard error and Welch's degrees of freedom.
+
+    Both are NaN where a sample has a single seed, the degrees of freedom also where no sample varies.
+    """
     samples = [np.asarray(values, dtype=np.float64)]
     samples += [] if isinstance(reference, float | int) else [np.asarray(reference, dtype=np.float64)]
     difference = float(samples[0].mean() - np.mean(reference))
     if min(map(len, samples)) < 2:
-        return Equivalence(difference, math.nan, math.nan, math.nan)
+        return difference, math.nan, math.nan
     parts = [float(sample.var(ddof=1)) / len(sample) for sample in samples]
-    error = math.sqrt(sum(parts))
-    if error == 0.0:
-        return Equivalence(difference, difference, difference, 0.0 if abs(difference) < margin else 1.0)
     squares = sum(part**2 / (len(sample) - 1) for part, sample in zip(parts, samples, strict=True))
-    freedom = sum(parts) ** 2 / squares
-    half = float(special.stdtrit(freedom, 1.0 - TEST_LEVEL)) * error
-    p_value = float(special.stdtr(freedom, (abs(difference) - margin) / error))
-    return Equivalence(difference, difference - half, difference + half, p_value)
+    return difference, math.sqrt(sum(parts)), sum(parts) ** 2 / squares if squares else math.nan
+
+
+def _half_width(error: float, freedom: float, confidence: float) -> float:
+    return error * float(special.stdtrit(freedom, (1.0 + confidence) / 2.0)) if error else 0.0
 
 
 def hedges_g(values: Array, baseline: Array) -> float:

@@ -24,7 +24,8 @@ from scla_mj.signals import Activity, Decision, DecisionRecord, Move, Outcome, P
 Skill = Callable[[int], float]
 """The chance of a hit, from 0 (a random walk) to 1 (the ceiling), by epoch."""
 
-SPIKING = ("scla", "network")
+SCLA = ("scla", "scla-printed", "scla-dopamine")
+SPIKING = (*SCLA, "network")
 _EMPTY = np.zeros(0, dtype=np.int32)
 _TRAJECTORY = np.zeros((0, 12))
 
@@ -75,7 +76,7 @@ def activity(config: RunConfig, skill: float) -> Activity | None:
 
 def snapshot(config: RunConfig, skill: Skill) -> Snapshot:
     """Automata as sure of their way as the last epoch's skill."""
-    if config.brain not in ("scla", "automaton"):
+    if config.brain not in (*SCLA, "automaton"):
         return Snapshot()
     grid, sure = check(config).grid(config.epochs), skill(config.epochs)
     probabilities = uniform_policy(grid) * (1.0 - sure)

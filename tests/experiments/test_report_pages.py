@@ -8,12 +8,14 @@ from html.parser import HTMLParser
 import matplotlib.image
 import numpy as np
 import pytest
+import small_out
 from hypothesis import example, given
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 from synthetic_out import learning, write_runs
 
 from scla_mj.config import RunConfig
+from scla_mj.errors import SclaError
 from scla_mj.experiments.experiment import Experiment, Target, with_settings
 from scla_mj.experiments.report import charts, write_report
 from scla_mj.experiments.report.render import escape
@@ -24,7 +26,7 @@ from scla_mj.runs import drawing
 NASTY = """1. <script>alert("1")</script> & 'a' | *b* _c_ `d` [e](f) ![g](h) &lt; \\ # {{ i }}"""
 LINES = f"{NASTY}\n\n# Not a heading\n\n<b>"
 COLUMNS = {"what": None, "much": 2, "95 % interval": 1, "verdict": None}
-SMALL = RunConfig(epochs=2, decisions=60, telemetry="off")
+SMALL = RunConfig(brain="scla-printed", epochs=2, decisions=60, telemetry="off")
 SCALAR = with_settings(SMALL, protocol="sensed-start", plasticity={"modulation": "scalar"})
 EXPERIMENTS = (
     Experiment("mine", "paper", NASTY, NASTY, SMALL, (0, 1), None,
@@ -197,3 +199,28 @@ def test_a_chart_gives_the_same_bytes_twice(tmp_path):
 def test_series_can_be_told_apart_without_colour():
     assert len({*zip(charts.SERIES, map(str, charts.DASHES), strict=True)}) == len(set(charts.SERIES)) == 8
     assert charts.DASHES[0] != charts.DASHES[1] != charts.DASHES[2] != charts.DASHES[3]
+
+
+def test_the_same_runs_give_the_same_report(tmp_path):
+    small_out.fill(tmp_path, [small_out.BY_NAME["random-any"]])
+    reports = []
+    for _ in range(2):
+        write_report(tmp_path, [small_out.BY_NAME["random-any"]], command=small_out.COMMAND)
+        files = [tmp_path / "report.html", *(tmp_path / "csv").iterdir(), *(tmp_path / "figures").iterdir()]
+        reports.append({path.name: path.read_bytes() for path in files})
+    assert reports[0] == reports[1]
+
+
+def test_an_empty_out_makes_a_report_of_gaps_and_errata_alone(tmp_path):
+    write_report(tmp_path / "new", small_out.EXPERIMENTS, command=small_out.COMMAND)
+    text = (tmp_path / "new" / "report.md").read_text(encoding="utf-8")
+    assert "**0 of 8 targets reached**, 0 missed, 8 could not be judged" in text
+    assert text.count("not run") == len(small_out.EXPERIMENTS)
+    assert "115 hits are 115.38" in text and "## What one dopamine must show" not in text
+    assert not list((tmp_path / "new" / "figures").iterdir())
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(SclaError, match="cannot write the report"):
+        write_report(tmp_path / "file", (), command=small_out.COMMAND)

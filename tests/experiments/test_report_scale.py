@@ -11,7 +11,7 @@ from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.catalogue import CATALOGUE
 from scla_mj.experiments.report import charts, write_report
 from scla_mj.experiments.report.coverage import covered, is_reduced
-from scla_mj.experiments.report.evidence import gather
+from scla_mj.experiments.report.study import gather
 from scla_mj.experiments.report.verdicts import judge
 from scla_mj.experiments.report.wording import setting
 
@@ -145,5 +145,5 @@ def test_a_later_report_takes_its_predecessors_files_away_and_no_others(tmp_path
     assert kept - {"csv/table-mine.csv", "figures/mine.png"} == set(
         (tmp_path / "report-files.txt").read_text().splitlines()
     )
-    assert "csv/table-table-5.csv" not in kept and "figures/weights-scla-printed-sensed-start.png" not in kept
+    assert "csv/table-table-5.csv" not in kept and "figures/weights-sensed-start.png" not in kept
     assert not list(tmp_path.glob(".*"))

@@ -14,9 +14,10 @@ from matplotlib.ticker import MaxNLocator
 
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.experiments import exact, statistics
-from scla_mj.experiments.report.evidence import Array, Evidence, Study
+from scla_mj.experiments.report.evidence import Array, Evidence
+from scla_mj.experiments.report.study import Study
 from scla_mj.experiments.report.tables import INTERVAL, Figure, Interval, Row
-from scla_mj.experiments.report.wording import setting
+from scla_mj.experiments.report.wording import labels, setting
 from scla_mj.grid import Action
 from scla_mj.runs.drawing import INK, RULE, SOFT, canvas, draw_policy, draw_weights
 
@@ -27,6 +28,8 @@ DASHES: Final = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-"
 _DOTTED: Final = (0, (1, 1.6))
 _ACROSS: Final = 3
 _TITLE_LETTERS: Final = 34
+_LEGEND_LETTERS: Final = 52
+"""Of a label that leaves room for a second column."""
 
 
 class Line(NamedTuple):
@@ -51,10 +54,10 @@ def brain_curves(protocol: str, items: Sequence[Evidence], study: Study) -> tupl
 
     A brain has the same colour under either protocol.
     """
-    brains = list(dict.fromkeys(map(_brain, study.group("paper", "comparison"))))
-    series = [brains.index(_brain(item)) for item in items]
-    early = [Line(item.experiment.title, index, item.early_decisions, statistics.learning_curve(item.early))
-             for item, index in zip(items, series, strict=True)]  # fmt: skip
+    brains = list(dict.fromkeys(item.brain for item in study.group("paper", "comparison")))
+    series = [brains.index(item.brain) for item in items]
+    early = [Line(label, index, item.early_decisions, statistics.learning_curve(item.early))
+             for label, item, index in zip(labels(items), items, series, strict=True)]  # fmt: skip
     blocks = np.array([0.0, max(line.x[-1] for line in early)])
     return (
         _curves(f"curves-{protocol}", _epoch_lines(items, series), _bounds(items, _epochs(items)), items),
@@ -62,23 +65,22 @@ def brain_curves(protocol: str, items: Sequence[Evidence], study: Study) -> tupl
     )
 
 
-def _brain(item: Evidence) -> tuple[str, str]:
-    return item.experiment.config.brain, str(item.experiment.config.brain_settings)
-
-
 def _bounds(items: Sequence[Evidence], x: Array) -> list[Level]:
-    """Return the first experiment's ceiling, and what a random walk earns."""
+    """Return the first experiment's ceiling, its chance, and what a random walk earns where that is something else."""
     item = items[0]
     walk = exact.random_walk(item.experiment.config.protocol, item.checked.grid())
-    bounds = (("ceiling", float(item.ceilings[0])), ("random walk", walk))
-    return [Level(f"{name} {value:.2f}", x, np.full(len(x), value)) for name, value in bounds]
+    bounds = {"ceiling": float(item.ceilings[0]), "random walk": walk}
+    if not math.isclose(walk, item.chances[0]):
+        bounds["chance"] = float(item.chances[0])
+    return [Level(f"{name} {value:.2f}", x, np.full(len(x), value)) for name, value in bounds.items()]
 
 
-def jump_curve(item: Evidence) -> Figure:
-    """Return the learning curve of an experiment whose target jumps, under the ceiling of each epoch."""
+def jump_curves(key: str, items: Sequence[Evidence]) -> Figure:
+    """Return the learning curves of several brains whose target jumps, under the ceiling of each epoch."""
+    item = max(items, key=lambda each: each.epochs)
     level = Level(f"ceiling {item.ceilings[-1]:.2f}", _epochs([item]), item.ceilings)
     marks = [(item.jump_epoch - 0.5, "the target jumps")]
-    return _curves(f"jump-{item.experiment.name}", _epoch_lines([item], [0]), [level], [item], marks=marks)
+    return _curves(key, _epoch_lines(items, range(len(items))), [level], items, marks=marks)
 
 
 def world_curves(key: str, items: Sequence[Evidence]) -> Figure:
@@ -98,8 +100,8 @@ def _epochs(items: Sequence[Evidence]) -> Array:
 
 def _epoch_lines(items: Sequence[Evidence], series: Sequence[int], *, percent: bool = False) -> list[Line]:
     curves = [statistics.learning_curve(item.percent if percent else item.hits) for item in items]
-    return [Line(item.experiment.title, index, _epochs([item]), curve)
-            for item, index, curve in zip(items, series, curves, strict=True)]  # fmt: skip
+    return [Line(label, index, _epochs([item]), curve)
+            for label, item, index, curve in zip(labels(items), items, series, curves, strict=True)]  # fmt: skip
 
 
 def _curves(
@@ -155,7 +157,8 @@ def draw_curves(
         if x_label != "epoch":
             axes.set_xlim(0.0, 1.02 * max(line.x[-1] for line in lines))
         if len(lines) > 1:
-            figure.legend(loc="outside lower left", ncols=2, handlelength=2.6)
+            columns = 2 if max(len(line.label) for line in lines) <= _LEGEND_LETTERS else 1
+            figure.legend(loc="outside lower left", ncols=columns, handlelength=2.6)
         return figure
 
 
@@ -169,30 +172,33 @@ def _draw_line(axes: Axes, line: Line) -> None:
 
 def ablations(key: str, items: Sequence[Evidence], study: Study) -> Figure:
     """Return every ablation's percent of ceiling when settled, and its baseline's over the same epochs."""
-    rows: list[tuple[str, str, float, Interval, float]] = []
+    rows: list[tuple[str, str, str, float, Interval, float, float]] = []
     for item in items:
         baseline = study.named(item.experiment.baseline)
-        span = statistics.settled_span(min(item.epochs, baseline.epochs) if baseline else item.epochs)
-        own = item.over(*span)
+        span = item.settled_within(min(item.epochs, baseline.epochs) if baseline else item.epochs)
+        own, protocol = item.over(*span), item.experiment.config.protocol
         mean, low, high = statistics.estimate(own.percent)
         as_built = float(baseline.over(*span).percent.mean()) if baseline else math.nan
-        rows.append((item.experiment.title, own.epochs, mean, Interval(low, high), as_built))
+        chance = 100.0 * float(item.chances[-1] / item.ceilings[-1])
+        rows.append((item.experiment.title, protocol, own.epochs, mean, Interval(low, high), as_built, chance))
     columns = {
-        "ablation": None, "epochs": None, "percent of ceiling": 2, INTERVAL: 2, "as built, percent of ceiling": 2
+        "ablation": None, "protocol": None, "epochs": None, "percent of ceiling": 2, INTERVAL: 2,
+        "as built, percent of ceiling": 2, "chance, percent of ceiling": 2,
     }  # fmt: skip
-    labels, _, means, ends, baselines = zip(*rows, strict=True)
-    chart = _draw_dots(labels, np.array(means), np.array(ends), np.array(baselines))
+    titles, protocols, _, means, ends, baselines, chances = zip(*rows, strict=True)
+    labels = [f"{title}, {protocol}" for title, protocol in zip(titles, protocols, strict=True)]
+    chart = _draw_dots(labels, *map(np.array, (means, ends, baselines, chances)))
     return Figure(key, columns, rows, setting(*items), chart=chart)
 
 
-def _draw_dots(labels: Sequence[str], values: Array, ends: Array, baselines: Array) -> mpl.Figure:
-    """Draw one row per label: its percent of ceiling with its interval `ends` (n, 2), and an upright line as baseline.
+def _draw_dots(labels: Sequence[str], values: Array, ends: Array, baselines: Array, chances: Array) -> mpl.Figure:
+    """Draw one row per label: its percent of ceiling, its interval `ends` (n, 2), and upright lines: baseline, chance.
 
     The axis begins at the ten percent below the least of them.
     """
     with canvas(WIDTH_IN, 1.0 + 0.27 * len(labels)) as (figure, grid):
         axes: Axes = grid[0, 0]
-        rows, seen = np.arange(len(labels)), np.column_stack([values, ends, baselines])
+        rows, seen = np.arange(len(labels)), np.column_stack([values, ends, baselines, chances])
         least = max(0.0, 10.0 * math.floor(float(np.nanmin(seen)) / 10.0 - 0.1))
         axes.hlines(rows, least, 100, color=RULE, lw=0.7, zorder=0)
         axes.hlines(rows, *ends.T, color=SERIES[0], lw=2.2, zorder=2)
@@ -200,32 +206,37 @@ def _draw_dots(labels: Sequence[str], values: Array, ends: Array, baselines: Arr
         axes.plot(
             baselines, rows, "|", color=SERIES[1], ms=13, mew=2.0, zorder=2, label="as built, over the same epochs"
         )
+        axes.plot(chances, rows, "|", color=SOFT, ms=13, mew=1.2, zorder=1, label="chance")
         axes.set_yticks(rows, labels)
         axes.tick_params(axis="y", length=0, labelcolor=INK)
         axes.spines["left"].set_visible(False)
         axes.set_ylim(len(labels) - 0.4, -0.6)
         axes.set_xlim(least, max(101.0, float(np.nanmax(seen)) + 1.0))
         axes.set_xlabel("percent of ceiling, settled")
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
         return figure
 
 
-def weights(item: Evidence) -> Figure:
-    """Return the eight mean weights of an experiment with synapses, with their bands, below the largest possible."""
-    assert item.weights is not None
-    curve, x = statistics.learning_curve(item.weights), _epochs([item])
+def weights(key: str, items: Sequence[Evidence]) -> Figure:
+    """Return the eight mean weights of experiments with synapses, next to one another, below the largest possible."""
     rows: list[Row] = []
-    for index, projection in enumerate(PROJECTIONS):
-        own = statistics.Curve(*(values[:, index] for values in curve))
-        rows += _rows(projection.name.replace("to", " → "), x, own)
-    with canvas(WIDTH_IN, 3.9) as (chart, grid):
-        axes: Axes = grid[0, 0]
-        draw_weights(axes, x, curve.mean, (curve.low, curve.high))
-        axes.axhline(item.experiment.config.network.weight_max, color=SOFT, lw=1.0, ls=_DOTTED)
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=12, integer=True))
-        axes.set_xlabel("epoch")
-    columns = {"series": None, "epoch": 0, "mean weight (mV)": 2, INTERVAL: 2}
-    return Figure(f"weights-{item.experiment.name}", columns, rows, setting(item), chart=chart)
+    with canvas(WIDTH_IN, 3.9, 1, len(items)) as (chart, grid):
+        for axes, item in zip(grid.flat, items, strict=True):
+            assert item.weights is not None
+            curve, x = statistics.learning_curve(item.weights), _epochs([item])
+            for index, projection in enumerate(PROJECTIONS):
+                own = statistics.Curve(*(values[:, index] for values in curve))
+                named = _rows(projection.name.replace("to", " → "), x, own)
+                rows += [(item.experiment.title, *row) for row in named]
+            draw_weights(axes, x, curve.mean, (curve.low, curve.high))
+            axes.axhline(item.experiment.config.network.weight_max, color=SOFT, lw=1.0, ls=_DOTTED)
+            axes.xaxis.set_major_locator(MaxNLocator(nbins=12 // len(items), integer=True))
+            axes.set_xlabel("epoch")
+            axes.set_title(textwrap.fill(item.experiment.title, _TITLE_LETTERS), fontsize=9)
+        for axes in list(grid.flat)[:-1]:
+            axes.get_legend().remove()
+    columns = {"experiment": None, "series": None, "epoch": 0, "mean weight (mV)": 2, INTERVAL: 2}
+    return Figure(key, columns, rows, setting(*items), chart=chart)
 
 
 def policies(items: Sequence[Evidence]) -> Figure:

@@ -1,13 +1,9 @@
-"""What OUT holds of each experiment, read back from its run folders; what is missing is kept by name."""
+"""What an experiment's finished runs show: hits, skill and weights of every seed and epoch."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import groupby
-from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,19 +12,12 @@ from numpy.typing import NDArray
 from scla_mj.anatomy import PROJECTIONS
 from scla_mj.checked import CheckedConfig, check
 from scla_mj.disturbances import DisturbanceConfig
-from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
-from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.experiment import Experiment
-from scla_mj.experiments.report.coverage import in_catalogue, is_reduced
+from scla_mj.experiments.report.coverage import is_reduced
 from scla_mj.experiments.report.tables import span_text
-from scla_mj.grid import PROTOCOLS, Grid
-from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
-from scla_mj.runs.brain import read_brain
-from scla_mj.runs.decisions import read_decisions
-from scla_mj.runs.folder import open_run
-from scla_mj.runs.seal import check_seal
-from scla_mj.runs.summary import Summary, read_summary
+from scla_mj.grid import Grid
+from scla_mj.runs.summary import Summary
 
 Array = NDArray[np.float64]
 BLOCK_DECISIONS: Final = 100
@@ -44,6 +33,10 @@ class SeedRun(NamedTuple):
     mastery: int | None
     early: Array
     """Hits per 1000 in each block of the run's first decisions."""
+    advised: int
+    """Decisions in which an automaton's draw drove its motor population."""
+    relayed: int
+    """Those of them in which the network decided as the automaton had drawn."""
 
 
 class Stretch(NamedTuple):
@@ -66,6 +59,17 @@ class Stretch(NamedTuple):
         return float(statistics.moves_per_hit(self.hits).mean())
 
 
+class Weights(NamedTuple):
+    """The worst of some epochs in mV, for every seed (seeds,)."""
+
+    gap: Array
+    """Least difference between the means of agreeing and of opposite projections."""
+    least: Array
+    """Least mean of a projection."""
+    most: Array
+    """Greatest mean of a projection."""
+
+
 @dataclass(frozen=True)
 class Evidence:
     """An experiment with its finished runs; arrays are (seeds, epochs) unless said otherwise."""
@@ -79,6 +83,11 @@ class Evidence:
     def reduced(self) -> bool:
         """Whether it is at another scale than the catalogue's."""
         return is_reduced(self.experiment)
+
+    @property
+    def brain(self) -> tuple[str, str]:
+        """What the experiment has in common with those of the same brain in other worlds."""
+        return self.experiment.config.brain, str(self.experiment.config.brain_settings)
 
     @property
     def epochs(self) -> int:
@@ -163,12 +172,20 @@ class Evidence:
                 for run in self.runs]  # fmt: skip
         return np.array(rows, dtype=np.float64)
 
+    @property
+    def changed_epoch(self) -> int:
+        """The epoch in which the target jumps or the wheels are crossed, 1 if nothing changes during the run."""
+        return max(self.jump_epoch, self.crossed_epoch, 1)
+
+    def settled_within(self, last: int) -> tuple[int, int]:
+        """Return the last two thirds of `last` epochs; after a jump or a crossing, those from the second one on."""
+        first = statistics.settled_span(last)[0]
+        return min(max(first, self.changed_epoch + 1 if self.changed_epoch > 1 else 1), last), last
+
     @cached_property
     def settled(self) -> Stretch:
-        """The last two thirds of the epochs; after a jump or a crossing, the epochs from the second one on."""
-        first, last = statistics.settled_span(self.epochs)
-        changed = max(self.jump_epoch, self.crossed_epoch if self.crossed_epoch > 1 else 0)
-        return self.over(min(max(first, changed + 1), last), last)
+        """The epochs of `settled_within` all that there are."""
+        return self.over(*self.settled_within(self.epochs))
 
     @cached_property
     def early(self) -> Array:
@@ -189,103 +206,17 @@ class Evidence:
             return None
         return np.array(rows, dtype=np.float64).reshape(len(rows), -1, len(PROJECTIONS))
 
+    def weights_over(self, first: int, last: int) -> Weights | None:
+        """Return the extremes of the mean weights at the ends of the epochs, or None for a brain without synapses."""
+        if self.weights is None:
+            return None
+        means = self.weights[:, first - 1 : last]
+        agrees = np.array([projection.agrees for projection in PROJECTIONS])
+        gaps = means[..., agrees].mean(axis=2) - means[..., ~agrees].mean(axis=2)
+        return Weights(gaps.min(axis=1), means.min(axis=(1, 2)), means.max(axis=(1, 2)))
+
     @cached_property
     def probabilities(self) -> Array | None:
         """Action probabilities (W, H, 4) at the end, mean over seeds, or None for a brain without automata."""
         known = [run.probabilities for run in self.runs if run.probabilities is not None]
         return np.mean(known, axis=0) if len(known) == len(self.runs) > 0 else None
-
-
-@dataclass(frozen=True)
-class Study:
-    """All experiments of a report, in its order."""
-
-    evidence: tuple[Evidence, ...]
-
-    def group(self, *names: str) -> list[Evidence]:
-        """Return the measured experiments of some groups."""
-        return [item for item in self.evidence if item.experiment.group in names and item.runs]
-
-    def by_protocol(self, *names: str) -> list[tuple[str, list[Evidence]]]:
-        """Return the measured experiments of some groups, those of each protocol together."""
-        parts = [
-            (protocol, [item for item in self.group(*names) if item.experiment.config.protocol == protocol])
-            for protocol in PROTOCOLS
-        ]
-        return [(protocol, items) for protocol, items in parts if items]
-
-    def by_body(self) -> dict[str, list[Evidence]]:
-        """Return the measured worlds whose body is special, those of each body and protocol together."""
-        found: dict[str, list[Evidence]] = {}
-        for item in self.group("world"):
-            if item.body:
-                found.setdefault(f"{item.body}-{item.experiment.config.protocol}", []).append(item)
-        return found
-
-    def named(self, name: str | None) -> Evidence | None:
-        """Return an experiment if it is measured."""
-        return next((item for item in self.evidence if item.experiment.name == name and item.runs), None)
-
-    def of_brain(self, brain: str, *protocols: str) -> list[Evidence]:
-        """Return the paper's own experiment with a brain and each of the protocols, if it is measured."""
-        own = {item.experiment.config.protocol: item for item in reversed(self.group("paper"))
-               if item.experiment.config.brain == brain}  # fmt: skip
-        return [own[protocol] for protocol in protocols if protocol in own]
-
-    def in_catalogue(self, *, whole: bool = False) -> int:
-        """Return how many experiments are the catalogue's; with `whole` only those at its scale."""
-        own = [item for item in self.evidence if in_catalogue(item.experiment)]
-        return sum(not (whole and item.reduced) for item in own)
-
-    def gaps(self) -> list[tuple[str, list[int], str]]:
-        """Return which seeds of which experiment are missing, and why."""
-        return [
-            (item.experiment.name, list(seeds), reason)
-            for item in self.evidence
-            for reason, seeds in groupby(item.gaps, key=item.gaps.__getitem__)
-        ]
-
-
-def gather(out: Path, experiments: Sequence[Experiment]) -> Study:
-    """Read every finished run of the experiments in `out`."""
-    return Study(tuple(_gather_one(out, experiment) for experiment in experiments))
-
-
-def _gather_one(out: Path, experiment: Experiment) -> Evidence:
-    runs, gaps = [], dict[int, str]()
-    for seed in experiment.seeds:
-        try:
-            runs.append(_read(run_folder(out, experiment, seed), experiment, seed))
-        except SclaError as reason:
-            gaps[seed] = str(reason)
-    return Evidence(experiment, tuple(runs), gaps)
-
-
-def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
-    """Return a finished run.
-
-    Raises:
-        SclaError: it is missing, unfinished, damaged, or was made with other settings.
-    """
-    if not (folder / SUMMARY_JSON).exists():
-        raise SclaError("not finished" if (folder / CONFIG_JSON).exists() else "not run")
-    check_seal(folder, CONFIG_JSON, SUMMARY_JSON, DECISIONS_PARQUET, BRAIN_NPZ)
-    config = dataclasses.replace(experiment.config, seed=seed)
-    if open_run(folder).config != config:
-        raise SclaError("made with other settings")
-    summary = read_summary(folder)
-    done = sum(epoch.decisions for epoch in summary.epochs)
-    if done != config.epochs * config.decisions or len(summary.epochs) != config.epochs:
-        raise SclaError(f"unfinished: {done} of {config.epochs * config.decisions} decisions")
-    table = read_decisions(folder)
-    hits = table["hit"].to_numpy()
-    ceilings = np.array([epoch.ceiling_hits_per_1000 for epoch in summary.epochs])
-    mastery = statistics.decisions_to_mastery(hits, ceilings[table["epoch"].to_numpy() - 1])
-    return SeedRun(summary, read_brain(folder).probabilities, mastery, _blocks(hits[:_EARLY_DECISIONS]))
-
-
-def _blocks(hits: NDArray[np.bool_]) -> Array:
-    """Return hits per 1000 in every whole block, or in all there is if that is less than one."""
-    size = min(BLOCK_DECISIONS, len(hits))
-    whole = hits[: len(hits) // size * size]
-    return np.asarray(1000.0 * whole.reshape(-1, size).mean(axis=1))

@@ -9,7 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from scla_mj.config import RunConfig, flatten
-from scla_mj.experiments.report.evidence import Evidence, Study
+from scla_mj.experiments.report.evidence import Evidence
+from scla_mj.experiments.report.study import Study
 from scla_mj.experiments.report.tables import Row, Table
 from scla_mj.experiments.report.wording import seeds_text
 from scla_mj.runs.folder import package_versions

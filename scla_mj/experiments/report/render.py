@@ -14,7 +14,7 @@ from importlib import resources
 from string import Template
 from typing import Any, Final
 
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markdown_it import MarkdownIt
 from markdown_it.tree import SyntaxTreeNode
 from markupsafe import Markup
@@ -46,9 +46,24 @@ def render_markdown(contents: Mapping[str, Any]) -> tuple[str, list[Table]]:
             return Markup(f"\n![{label}: {caption.splitlines()[0]}]({table.picture})\n\n**{label}.** {caption}\n")
         return Markup(f"\n**{label}.** {caption}\n\n{_rows(table)}\n")
 
+    text = _environment().get_template("report.md.j2").render(contents, show=show)
+    return _tidy(text), seen
+
+
+def render_ladder(contents: Mapping[str, Any]) -> str:
+    """Return the table of the ladder and the claims made of it, as Markdown that can stand in another page."""
+    return _tidy(_environment().get_template("ladder.md.j2").render(contents, rows=lambda table: Markup(_rows(table))))
+
+
+def _tidy(text: str) -> str:
+    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
+
+
+def _environment() -> Environment:
     environment = Environment(
-        undefined=StrictUndefined, finalize=escape, autoescape=True, trim_blocks=True, lstrip_blocks=True
-    )
+        undefined=StrictUndefined, finalize=escape, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+        loader=FunctionLoader(_read),
+    )  # fmt: skip
     environment.filters |= {
         "fixed": number,
         "capital": lambda title: title[:1].upper() + title[1:],
@@ -57,8 +72,7 @@ def render_markdown(contents: Mapping[str, Any]) -> tuple[str, list[Table]]:
         "seeds_text": seeds_text,
         "in_catalogue": in_catalogue,
     }
-    text = environment.from_string(_read("report.md.j2")).render(contents, show=show)
-    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n", seen
+    return environment
 
 
 def escape(value: object) -> Markup:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
 
 from scla_mj.experiments import statistics
 from scla_mj.experiments.experiment import Target
-from scla_mj.experiments.report.evidence import Array, Evidence, Study
+from scla_mj.experiments.report.evidence import Array, Evidence
+from scla_mj.experiments.report.study import Study
 from scla_mj.experiments.report.tables import INTERVAL, Interval, Row, Table, measured, span_text
+from scla_mj.experiments.report.wording import distinct, setting
+
+_WORST: Final[dict[str, Callable[[Array], Any]]] = {"worst": np.min, "least": np.min, "most": np.max}
 
 
 class Verdict(NamedTuple):
@@ -34,15 +40,21 @@ def judge(study: Study, evidence: Evidence, target: Target) -> Verdict:
     rivals = [study.named(name) for name in target.rivals]
     if not all(_covers(item, target) for item in (evidence, *rivals)):
         return Verdict(evidence, target)
-    seeds = _seed_means(evidence, target)
+    seeds = _seed_values(evidence, target)
     if target.statistic.startswith("equivalent"):
-        return _equivalence(evidence, target, seeds, [_seed_means(rival, target) for rival in rivals if rival])
+        return _equivalence(evidence, target, seeds, [_seed_values(rival, target) for rival in rivals if rival])
     if rivals:
-        target = target._replace(low=max(float(_seed_means(rival, target).mean()) for rival in rivals if rival))
-    mean, interval = measured(seeds)
-    if target.statistic == "worst seed percent of ceiling":
-        mean, interval = float(seeds.min()), None
+        target = target._replace(low=max(float(_seed_values(rival, target).mean()) for rival in rivals if rival))
+    mean, interval = _summary(target, seeds)
     return Verdict(evidence, target, mean, interval, bool(target.low <= mean <= target.high))
+
+
+def _summary(target: Target, seeds: Array) -> tuple[float, Interval | None]:
+    """Return the mean over seeds with its interval, or the worst of them."""
+    worst = target.statistic.split()[0]
+    if worst not in _WORST:
+        return measured(seeds)
+    return float(_WORST[worst](seeds)), None
 
 
 def _equivalence(evidence: Evidence, target: Target, seeds: Array, rivals: Sequence[Array]) -> Verdict:
@@ -56,11 +68,19 @@ def _equivalence(evidence: Evidence, target: Target, seeds: Array, rivals: Seque
 def _covers(evidence: Evidence | None, target: Target) -> bool:
     if evidence is None or evidence.reduced or evidence.gaps:
         return False
-    return bool(evidence.runs) and target.last_epoch <= evidence.epochs
+    return bool(evidence.runs) and target.last_epoch <= evidence.epochs and _measurable(evidence, target)
 
 
-def _seed_means(evidence: Evidence, target: Target) -> Array:
-    stretch = evidence.over(target.first_epoch, target.last_epoch)
+def _measurable(evidence: Evidence, target: Target) -> bool:
+    return "weight" not in target.statistic or evidence.weights is not None
+
+
+def _seed_values(evidence: Evidence, target: Target) -> Array:
+    span = target.first_epoch, target.last_epoch
+    weights = evidence.weights_over(*span) if "weight" in target.statistic else None
+    if weights is not None:
+        return weights.gap if "gap" in target.statistic else getattr(weights, target.statistic.split()[0])
+    stretch = evidence.over(*span)
     return stretch.percent if "percent" in target.statistic else stretch.hits
 
 
@@ -72,9 +92,45 @@ def targets_table(judged: Sequence[Verdict]) -> Table:
 
 def _row(verdict: Verdict) -> Row:
     experiment, target = verdict.evidence.experiment, verdict.target
-    unknown = "not judged" if verdict.evidence.reduced else "not measured"
-    word = {True: "reached", False: "missed", None: unknown}[verdict.reached]
     span = span_text(target.first_epoch, target.last_epoch)
+    return experiment.title, _wanted(verdict), span, verdict.measured, verdict.interval, _word(verdict)
+
+
+def _word(verdict: Verdict) -> str:
+    unknown = "not judged" if verdict.evidence.reduced else "not measured"
+    return {True: "reached", False: "missed", None: unknown}[verdict.reached]
+
+
+def _wanted(verdict: Verdict) -> str:
+    target = verdict.target
     raised = target.rivals and verdict.reached is not None and not target.statistic.startswith("equivalent")
-    wanted = f"{target.text}: {target.low:.1f}" if raised else target.text
-    return experiment.title, wanted, span, verdict.measured, verdict.interval, word
+    return f"{target.text}: {target.low:.1f}" if raised else target.text
+
+
+def forms_table(judged: Sequence[Verdict], study: Study, brain: str, other: str) -> Table:
+    """Return the targets of one form of SCLA with what the other form earns in the same worlds and epochs.
+
+    Both are in the target's own unit; of an equivalence each form's own mean is shown, and the verdict is the test's.
+    """
+    columns = {"experiment": None, "must reach": None, "epochs": None, "unit": None, "one dopamine": 2, INTERVAL: 2,
+               "as printed": 2, f"as printed: {INTERVAL}": 2, "verdict": None}  # fmt: skip
+    rows: list[Row] = []
+    own = [each for each in judged if each.evidence.experiment.config.brain == brain and each.evidence.runs]
+    pairs = [(each.evidence, study.with_brain(each.evidence, other)) for each in own]
+    for verdict, pair in zip(own, pairs, strict=True):
+        item, target = verdict.evidence, verdict.target
+        both = (cell for each in pair for cell in _shown(each, target))
+        span, unit = span_text(target.first_epoch, target.last_epoch), _unit(target)
+        rows.append((item.experiment.title, _wanted(verdict), span, unit, *both, _word(verdict)))
+    shown = distinct(each for pair in pairs for each in pair if each)
+    return Table("forms", columns, rows, setting(*shown) if shown else "")
+
+
+def _shown(item: Evidence | None, target: Target) -> tuple[float | None, Interval | None]:
+    if item is None or target.last_epoch > item.epochs or not _measurable(item, target):
+        return None, None
+    return _summary(target, _seed_values(item, target))
+
+
+def _unit(target: Target) -> str:
+    return "mV" if "weight" in target.statistic else "%" if "percent" in target.statistic else "hits per 1000"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from scla_mj.experiments.experiment import Experiment
 from scla_mj.experiments.report.evidence import Array, Evidence
@@ -15,6 +15,19 @@ def seeds_text(seeds: Sequence[int]) -> str:
     gapless = len(ordered) > 1 and ordered == list(range(ordered[0], ordered[-1] + 1))
     listed = f"{ordered[0]} to {ordered[-1]}" if gapless else ", ".join(map(str, ordered))
     return f"{len(ordered)} seed{'s' if len(ordered) != 1 else ''} ({listed})"
+
+
+def distinct(items: Iterable[Evidence]) -> list[Evidence]:
+    """Return every experiment once, in the order of the first ones."""
+    return list({item.experiment.name: item for item in items}.values())
+
+
+def labels(items: Sequence[Evidence]) -> list[str]:
+    """Return the titles without the last parts, between commas, that all of them share."""
+    parts = [item.experiment.title.split(", ") for item in items]
+    while len(parts) > 1 and min(map(len, parts)) > 1 and len({each[-1] for each in parts}) == 1:
+        parts = [each[:-1] for each in parts]
+    return [", ".join(each) for each in parts]
 
 
 def setting(*items: Evidence) -> str:

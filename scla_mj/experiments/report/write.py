@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from scla_mj.errors import SclaError, remedy
-from scla_mj.experiments import paper, statistics
+from scla_mj.experiments import paper, scale, statistics
 from scla_mj.experiments.catalogue import CATALOGUE
 from scla_mj.experiments.experiment import Experiment
-from scla_mj.experiments.report import charts, evidence, results
+from scla_mj.experiments.report import charts, claims, evidence, results, verdicts
 from scla_mj.experiments.report.coverage import covered
 from scla_mj.experiments.report.errata import errata
-from scla_mj.experiments.report.evidence import Study, gather
+from scla_mj.experiments.report.origin import origin
 from scla_mj.experiments.report.provenance import provenance
-from scla_mj.experiments.report.render import render_html, render_markdown
+from scla_mj.experiments.report.render import render_html, render_ladder, render_markdown
+from scla_mj.experiments.report.study import Study, gather
 from scla_mj.experiments.report.tables import CSV, FIGURES, INTERVAL, Figure, write_csv
-from scla_mj.experiments.report.verdicts import targets_table, verdicts
-from scla_mj.experiments.report.wording import scale_text
+from scla_mj.experiments.report.wording import labels, scale_text
 from scla_mj.grid import PROTOCOLS
 from scla_mj.runs import drawing
 from scla_mj.runs.atomic import replacing
 
 REPORT_HTML: Final = "report.html"
 REPORT_MD: Final = "report.md"
+LADDER_MD: Final = "ladder.md"
+"""The table of the ladder and the claims made of it, for another page, such as a README."""
+MADE_BY_JSON: Final = "made-by.json"
 FILES_TXT: Final = "report-files.txt"
 """Which files in `csv/` and `figures/` the report made, so that the next one can take them away again."""
 _OF_A_REPORT: Final = re.compile(rf"{CSV}/(table|figure)-[\w.-]+\.csv|{FIGURES}/[\w.-]+\.png")
@@ -34,6 +38,8 @@ _OF_A_REPORT: Final = re.compile(rf"{CSV}/(table|figure)-[\w.-]+\.csv|{FIGURES}/
 def write_report(out: Path, experiments: Sequence[Experiment], *, command: str | None = None) -> Path:
     """Write `report.html`, `report.md`, `csv/` and `figures/` into `out` from the runs that lie there; return the page.
 
+    `ladder.md` holds the table of the ladder once more, `made-by.json` which code wrote all this.
+
     The report covers `experiments` and whatever else of the catalogue has finished runs in `out`, and names the
     `command` that wrote it, if any. What is missing or unfinished is named in it and left out of its figures. Files of
     an earlier report that this one does not have are removed, others' files never. The same runs give the same report.
@@ -41,7 +47,8 @@ def write_report(out: Path, experiments: Sequence[Experiment], *, command: str |
     Raises:
         SclaError: the folder cannot be written to.
     """
-    text, tables = render_markdown(contents(gather(out, covered(out, experiments)), command))
+    shown = contents(gather(out, covered(out, experiments)), command)
+    text, tables = render_markdown(shown)
     figures = [table for table in tables if isinstance(table, Figure)]
     own, earlier = {table.data for table in tables} | {figure.picture for figure in figures}, _listed(out)
     try:
@@ -53,6 +60,8 @@ def write_report(out: Path, experiments: Sequence[Experiment], *, command: str |
         for figure in figures:
             drawing.save(figure.chart, out / figure.picture)
         _write(out / REPORT_MD, text)
+        _write(out / LADDER_MD, render_ladder(shown))
+        _write(out / MADE_BY_JSON, json.dumps(shown["origin"]._asdict(), indent=2) + "\n")
         _write(out / REPORT_HTML, render_html(text, figures))
         for link in earlier - own:
             (out / link).unlink(missing_ok=True)
@@ -75,9 +84,12 @@ def contents(study: Study, command: str | None) -> dict[str, Any]:
         "evidence": evidence,
         "results": results,
         "charts": charts,
+        "claims": claims,
         "verdicts": verdicts,
-        "targets_table": targets_table,
+        "scale": scale,
+        "origin": origin(),
         "scale_text": scale_text,
+        "labels": labels,
         "errata": errata,
         "provenance": provenance,
     }
