@@ -135,7 +135,7 @@ def test_many_seeds_are_tested_over_random_splits(rng):
 
 def test_equal_samples_do_not_differ(rng):
     values = np.full(10, 1000.0)
-    assert st.compare(values, values, rng=rng) == (0.0, 1.0, True, 0.0, 0.0)
+    assert st.compare(values, values, rng=rng) == (0.0, 0.0, 0.0, 1.0, True, 0.0, 0.0)
 
 
 def test_a_single_seed_cannot_be_tested(rng):

@@ -29,7 +29,7 @@ _DOTTED: Final = (0, (1, 1.6))
 _ACROSS: Final = 3
 _TITLE_LETTERS: Final = 34
 _LEGEND_LETTERS: Final = 52
-"""Of a label that leaves room for a second column."""
+"""Of a label that leaves room for a second column, or for the chart next to it."""
 
 
 class Line(NamedTuple):
@@ -186,19 +186,22 @@ def ablations(key: str, items: Sequence[Evidence], study: Study) -> Figure:
         "as built, percent of ceiling": 2, "chance, percent of ceiling": 2,
     }  # fmt: skip
     titles, protocols, _, means, ends, baselines, chances = zip(*rows, strict=True)
-    labels = [f"{title}, {protocol}" for title, protocol in zip(titles, protocols, strict=True)]
-    chart = _draw_dots(labels, *map(np.array, (means, ends, baselines, chances)))
+    named = [f"{title}, {protocol}" for title, protocol in zip(titles, protocols, strict=True)]
+    chart = _draw_dots(
+        [textwrap.fill(label, _LEGEND_LETTERS) for label in named], *map(np.array, (means, ends, baselines, chances))
+    )
     return Figure(key, columns, rows, setting(*items), chart=chart)
 
 
-def _draw_dots(labels: Sequence[str], values: Array, ends: Array, baselines: Array, chances: Array) -> mpl.Figure:
-    """Draw one row per label: its percent of ceiling, its interval `ends` (n, 2), and upright lines: baseline, chance.
+def _draw_dots(names: Sequence[str], values: Array, ends: Array, baselines: Array, chances: Array) -> mpl.Figure:
+    """Draw one row per name: percent of ceiling, its interval `ends` (n, 2), and upright lines: baseline, chance.
 
     The axis begins at the ten percent below the least of them.
     """
-    with canvas(WIDTH_IN, 1.0 + 0.27 * len(labels)) as (figure, grid):
+    lines = sum(1 + name.count("\n") for name in names)
+    with canvas(WIDTH_IN, 1.0 + 0.27 * lines) as (figure, grid):
         axes: Axes = grid[0, 0]
-        rows, seen = np.arange(len(labels)), np.column_stack([values, ends, baselines, chances])
+        rows, seen = np.arange(len(names)), np.column_stack([values, ends, baselines, chances])
         least = max(0.0, 10.0 * math.floor(float(np.nanmin(seen)) / 10.0 - 0.1))
         axes.hlines(rows, least, 100, color=RULE, lw=0.7, zorder=0)
         axes.hlines(rows, *ends.T, color=SERIES[0], lw=2.2, zorder=2)
@@ -207,10 +210,10 @@ def _draw_dots(labels: Sequence[str], values: Array, ends: Array, baselines: Arr
             baselines, rows, "|", color=SERIES[1], ms=13, mew=2.0, zorder=2, label="as built, over the same epochs"
         )
         axes.plot(chances, rows, "|", color=SOFT, ms=13, mew=1.2, zorder=1, label="chance")
-        axes.set_yticks(rows, labels)
+        axes.set_yticks(rows, names)
         axes.tick_params(axis="y", length=0, labelcolor=INK)
         axes.spines["left"].set_visible(False)
-        axes.set_ylim(len(labels) - 0.4, -0.6)
+        axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_xlim(least, max(101.0, float(np.nanmax(seen)) + 1.0))
         axes.set_xlabel("percent of ceiling, settled")
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
