@@ -236,6 +236,9 @@ def weights(key: str, items: Sequence[Evidence]) -> Figure:
             axes.xaxis.set_major_locator(MaxNLocator(nbins=12 // len(items), integer=True))
             axes.set_xlabel("epoch")
             axes.set_title(textwrap.fill(item.experiment.title, _TITLE_LETTERS), fontsize=9)
+        top = max(axes.get_ylim()[1] for axes in grid.flat)
+        for axes in grid.flat:
+            axes.set_ylim(0.0, top)
         for axes in list(grid.flat)[:-1]:
             axes.get_legend().remove()
     columns = {"experiment": None, "series": None, "epoch": 0, "mean weight (mV)": 2, INTERVAL: 2}
