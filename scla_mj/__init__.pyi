@@ -40,6 +40,7 @@ from .engine.resume import resume as resume
 from .engine.rollout import rollout as rollout
 from .engine.stored_run import StoredRun as StoredRun
 from .engine.stored_run import load_run as load_run
+from .envs.dm import load as load
 from .errors import SclaError as SclaError
 from .grid import Action as Action
 from .grid import Cell as Cell

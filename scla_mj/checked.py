@@ -122,6 +122,19 @@ def check(config: RunConfig | CheckedConfig) -> CheckedConfig:
     return CheckedConfig(config)
 
 
+def require_undisturbed(checked: CheckedConfig, who: str) -> None:
+    """Refuse disturbances, and a robot that must find out where it is, for `who` has no place for them.
+
+    Raises:
+        SclaError: there are some.
+    """
+    config = checked.config
+    if config.localisation != "truth" or config.disturbance != type(config.disturbance)():
+        raise SclaError(
+            f"{who} can neither be disturbed nor localise itself: leave out --disturbance.* and --localisation"
+        )
+
+
 def check_time_constants(plasticity: PlasticityConfig, neural_step_ms: float) -> None:
     """Refuse a trace or a concentration that has decayed before the next step.
 

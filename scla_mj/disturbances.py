@@ -12,7 +12,8 @@ from typing import Annotated, Any, Final, Literal
 
 from annotated_types import Interval
 
-from scla_mj.validation import Section
+from scla_mj.errors import SclaError
+from scla_mj.validation import Section, shown
 
 DisturbanceSet = Literal["friction", "mass", "wheels", "noise", "pushes", "latency", "tilt", "all"]
 
@@ -68,11 +69,22 @@ ALL: Final = "all"
 
 
 def figures_of(names: Sequence[str]) -> dict[str, Any]:
-    """Return what the named sets fill in, by the name of the setting."""
+    """Return what the named sets fill in, by the name of the setting.
+
+    Raises:
+        SclaError: there is no set of that name.
+    """
+    unknown = [name for name in names if name not in (*SETS, ALL)]
+    if unknown or isinstance(names, str):
+        raise SclaError(f"--disturb is {shown(names)}: it must be a list of {', '.join(SETS)} or {ALL}")
     chosen = SETS if ALL in names else [name for name in SETS if name in names]
     return {setting: value for name in chosen for setting, value in SETS[name].items()}
 
 
 def with_sets(config: DisturbanceConfig, names: Sequence[DisturbanceSet]) -> DisturbanceConfig:
-    """Return the settings with the named sets' figures filled in."""
+    """Return the settings with the named sets' figures filled in.
+
+    Raises:
+        SclaError: there is no set of that name.
+    """
     return dataclasses.replace(config, **figures_of(names))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from scla_mj.brain.base import Brain
 from scla_mj.brain.registry import BRAINS, build_brain
 from scla_mj.brain.scla import SclaBrain
-from scla_mj.checked import CheckedConfig, check
+from scla_mj.checked import CheckedConfig, check, require_undisturbed
 from scla_mj.config import RunConfig
 from scla_mj.engine.checked_brain import CheckedBrain
 from scla_mj.engine.compile_ahead import CompiledAhead
@@ -18,11 +18,17 @@ from scla_mj.loop.localiser import Localiser
 from scla_mj.loop.periods import run_periods
 from scla_mj.loop.simulation import Simulation
 from scla_mj.loop.task import Task
+from scla_mj.loop.twin import NoRandomisation, TwinDriver, TwinWorld
 from scla_mj.randomness import Consumer, generator
 from scla_mj.world.domain_randomisation import DomainRandomisation
 from scla_mj.world.robot import ROBOT, Robot
 from scla_mj.world.world import World
 
+if TYPE_CHECKING:
+    import numpy as np
+
+_Streams: TypeAlias = "Mapping[Consumer, np.random.Generator]"
+_Sensors: TypeAlias = "Mapping[str, Callable[[World], Any]] | None"
 _OF_THE_TASK: Final = (
     Consumer.SPAWN,
     Consumer.ACTION_NOISE,
@@ -42,12 +48,20 @@ def simulate(config: RunConfig | CheckedConfig, *, robot: Robot = ROBOT) -> Simu
     name = checked.config.brain
     # Of the brains only those with a network compile something in the meantime: the plain drive is compiled ahead.
     ahead = CompiledAhead(run_periods) if issubclass(BRAINS.get(name, Brain), SclaBrain) else None
-    brain = build_brain(checked)
-    if name not in BRAINS:
-        brain = CheckedBrain(brain, name, cells=checked.config.grid.cells)
+    brain = watched_brain(checked)
     before_first_drive = None if ahead is None else ahead.join
     task = build_task(checked, robot=robot, sensors=brain.sensors, before_first_drive=before_first_drive)
     return Simulation(checked, task, brain)
+
+
+def watched_brain(checked: CheckedConfig) -> Brain:
+    """Return the brain that the configuration names; what one of a user's own answers is checked.
+
+    Raises:
+        SclaError: as `build_brain`.
+    """
+    brain, name = build_brain(checked), checked.config.brain
+    return brain if name in BRAINS else CheckedBrain(brain, name, cells=checked.config.grid.cells)
 
 
 def build_task(
@@ -56,10 +70,18 @@ def build_task(
     robot: Robot = ROBOT,
     sensors: Mapping[str, Callable[[World], Any]] | None = None,
     before_first_drive: Callable[[], None] | None = None,
+    lean: bool = True,
+    body: bool = True,
 ) -> Task:
     """Return the robot in its arena, without a brain: `act(action)` drives it.
 
-    `sensors` are functions of the world by name; `percept.readings` has what they return.
+    Args:
+        config: the run's settings; those of a brain are not read.
+        robot: what is driven.
+        sensors: functions of the world by name; `percept.readings` has what they return.
+        before_first_drive: called once, for example to wait for code that another process compiles.
+        lean: leave out of the model what is only for looks.
+        body: whether there is any physics; without it a task is the discrete twin (`scla_mj.loop.twin`).
 
     Raises:
         SclaError: the configuration cannot be run.
@@ -67,7 +89,10 @@ def build_task(
     checked = check(config)
     settings, grid, clock = checked.config, checked.grid(), checked.clock
     streams = {consumer: generator(settings.seed, consumer) for consumer in _OF_THE_TASK}
-    world, period_s = World(grid, clock, robot), clock.control_period_s
+    if not body:
+        require_undisturbed(checked, "a task without a body")
+        return _twin_task(checked, streams, sensors)
+    world, period_s = World(grid, clock, robot, lean=lean), clock.control_period_s
     randomisation = DomainRandomisation(
         world,
         settings.disturbance,
@@ -85,13 +110,31 @@ def build_task(
         look=localiser.look,
         before_first_drive=before_first_drive,
     )
+    return _join(checked, streams, sensors, world, driver, randomisation, localiser)
+
+
+def _twin_task(checked: CheckedConfig, streams: _Streams, sensors: _Sensors) -> Task:
+    world: Any = TwinWorld(checked.grid())
+    localiser = Localiser("truth", world, control_period_s=1.0, rng=streams[Consumer.SENSOR_NOISE])
+    return _join(checked, streams, sensors, world, TwinDriver(world, checked.clock), NoRandomisation(), localiser)
+
+
+def _join(
+    checked: CheckedConfig,
+    streams: _Streams,
+    sensors: _Sensors,
+    world: Any,
+    driver: Any,
+    randomisation: Any,
+    localiser: Localiser,
+) -> Task:
     return Task(
-        grid=grid,
-        protocol=settings.protocol,
-        decision_window=clock.thinking_controls,
+        grid=checked.grid(),
+        protocol=checked.config.protocol,
+        decision_window=checked.clock.thinking_controls,
         world=world,
         driver=driver,
-        noise=ActionNoise(settings.task.action_noise, rng=streams[Consumer.ACTION_NOISE]),
+        noise=ActionNoise(checked.config.task.action_noise, rng=streams[Consumer.ACTION_NOISE]),
         randomisation=randomisation,
         localiser=localiser,
         streams=streams,

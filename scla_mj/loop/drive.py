@@ -15,11 +15,12 @@ from scla_mj.control.motion import (
     ARRIVED,
     DRIVING,
     RETURNED,
+    Gains,
     Goal,
     make_gains,
 )
 from scla_mj.grid import Action, Cell
-from scla_mj.loop.periods import FAULT, Body, Ending, robot_of, run_periods
+from scla_mj.loop.periods import FAULT, Body, Ending, robot_of, run_command, run_periods
 from scla_mj.sense.odometry import Odometer
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
 from scla_mj.world.perturbation import Perturbation
@@ -28,6 +29,17 @@ from scla_mj.world.world import Pose, World
 _LEVEL_COSINE: Final = math.cos(math.radians(3.0))
 """Wheels that differ by 5 % either way lean a robot at rest by 1.2 degrees; at 3 degrees a ray rises by 5 cm per metre,
 which is more than the walls reach above it."""
+
+
+def gains_of(world: World, clock: Clock, config: ControllerConfig) -> Gains:
+    """Return the controller's gains for the world's robot."""
+    return make_gains(
+        config,
+        period_s=clock.control_period_s,
+        cell_size_m=world.grid.cell_size_m,
+        tyre_acceleration_m_s2=world.robot.tyre_acceleration_m_s2,
+        **world.dimensions._asdict(),
+    )
 
 
 class Driver:
@@ -56,13 +68,7 @@ class Driver:
     ) -> None:
         self._world = world
         self._clock = clock
-        self._gains = make_gains(
-            config,
-            period_s=clock.control_period_s,
-            cell_size_m=world.grid.cell_size_m,
-            tyre_acceleration_m_s2=world.robot.tyre_acceleration_m_s2,
-            **world.dimensions._asdict(),
-        )
+        self._gains = gains_of(world, clock, config)
         data = world.data
         body = Body(
             world.model._address,
@@ -94,6 +100,23 @@ class Driver:
     def hold(self, controls: int) -> None:
         """Run control periods with the wheels commanded to rest."""
         self._run(Goal(0.0, 0.0, 0.0, 0.0), 0, standing=controls)
+
+    def command(self, left_rad_s: float, right_rad_s: float, controls: int = 1) -> int:
+        """Run control periods under one command of the wheels, and return which bumpers touched, FRONT and REAR.
+
+        No trajectory is kept. A robot that has fallen is driven no further, but the time passes.
+        """
+        periods, touched = run_command(
+            left_rad_s, right_rad_s, controls, self._perturbation, self._odometer, *self._robot
+        )
+        self.periods += controls
+        self._world.steps += periods * self._clock.physics_steps_per_control
+        return int(touched)
+
+    def is_level(self) -> bool:
+        """Return whether the robot stands, and leans so little that range rays meet the walls."""
+        pose = self._standing()
+        return pose is not None and pose.upright >= _LEVEL_COSINE
 
     def drive(self, action: Action, start_cell: Cell, *, standing: int = 0, observe: bool = True) -> Move:
         """Carry out one action from a cell to its end: the next cell, back from a wall, or a failure.

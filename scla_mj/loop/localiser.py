@@ -34,10 +34,14 @@ class Localiser:
 
     def position_m(self) -> tuple[float, float]:
         """Return the believed position, x and y."""
+        x_m, y_m, _ = self.place()
+        return x_m, y_m
+
+    def place(self) -> tuple[float, float, float]:
+        """Return the believed position, x and y in metres, and the heading in radians."""
         if self.odometer is not None:
-            return float(self.odometer.estimate[0]), float(self.odometer.estimate[1])
-        pose = self._world.pose()
-        return pose.x_m, pose.y_m
+            return tuple(self.odometer.estimate[:3].tolist())
+        return self._world.pose()[:3]
 
     def power_on(self) -> None:
         """Switch the sensors on: this draws the gyro's bias."""

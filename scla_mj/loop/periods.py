@@ -132,7 +132,8 @@ def _step(
 
 
 @leaf_njit(inline="always")
-def _write_ending(body: Body) -> None:
+def write_ending(body: Body) -> None:
+    """Fill in the body's `Ending`."""
     motion = _sense_motion(body, 0)
     total = 0.0
     for i in range(body.qpos.shape[0]):
@@ -152,7 +153,7 @@ def robot_of(body: Body, gains: Gains) -> tuple[Any, ...]:
 
 
 @leaf_njit(inline="always")
-def _drive(
+def drive(
     standing: int,
     limit: int,
     careful: bool,
@@ -164,7 +165,7 @@ def _drive(
     rows: NDArray[np.float64],
     elapsed: int,
 ) -> tuple[int, int]:
-    """Run the control periods of `run_periods`."""
+    """Run the control periods of `run_periods`; callers are compiled."""
     state, touched, step_s = STAND_STILL, 0, gains.period_s / body.steps_per_period
     for period in range(standing + limit):
         if period == standing:
@@ -223,6 +224,29 @@ def run_periods(
     at, gains = Addresses(*to_fixed_tuple(whole[3:], _ADDRESSES)), Gains(*to_fixed_tuple(real, _GAINS))
     body = Body(whole[0], whole[1], whole[2], at, qpos, qvel, ctrl, sensordata, ending)
     goal, rows = Goal(start_x_m, start_y_m, target_x_m, target_y_m), rows[filled:]
-    periods, status = _drive(standing, limit, careful, goal, gains, body, perturbation, odometer, rows, elapsed)
-    _write_ending(body)
+    periods, status = drive(standing, limit, careful, goal, gains, body, perturbation, odometer, rows, elapsed)
+    write_ending(body)
     return periods, status
+
+
+@cached_njit(motion, perturbation, robot, odometry, nogil=True)
+def run_command(
+    left: float, right: float, limit: int, perturbation: Perturbation | None, odometer: Odometer | None, *robot: Any
+) -> tuple[int, int]:
+    """Run at most `limit` control periods under one command of both wheels, in rad/s; a robot that lies stops.
+
+    Returns:
+        The number of periods, and which bumpers touched in them; `ending` is filled.
+    """
+    qpos, qvel, ctrl, sensordata, ending, whole, real = robot
+    at, gains = Addresses(*to_fixed_tuple(whole[3:], _ADDRESSES)), Gains(*to_fixed_tuple(real, _GAINS))
+    body = Body(whole[0], whole[1], whole[2], at, qpos, qvel, ctrl, sensordata, ending)
+    touched, periods, step_s = 0, 0, gains.period_s / body.steps_per_period
+    while periods < limit and _sense_motion(body, 0).upright >= UPRIGHT_COSINE:
+        left_now, right_now = left, right
+        if perturbation is not None:
+            left_now, right_now = perturb(perturbation, left, right)
+        touched |= _step(body, left_now, right_now, step_s, perturbation, odometer)
+        periods += 1
+    write_ending(body)
+    return periods, touched

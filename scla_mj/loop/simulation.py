@@ -13,6 +13,21 @@ from scla_mj.signals import DecisionRecord
 from scla_mj.world.world import World
 
 
+def begin_decision(task: Task, config: CheckedConfig, decisions: int) -> tuple[int, int]:
+    """Let the target jump and the wheels cross if a new epoch begins; the brain is not informed.
+
+    Returns:
+        The epoch, and the decision that follows `decisions` earlier ones within it, both from 1.
+    """
+    epoch, decision = divmod(decisions, config.config.decisions)
+    epoch, decision = epoch + 1, decision + 1
+    if decision == 1 and epoch == config.config.task.jump_epoch:
+        task.move_target(config.grid(epoch))
+    if decision == 1 and epoch == config.config.task.crossed_epoch:
+        task.crossed = True
+    return epoch, decision
+
+
 class Simulation:
     """A task joined with a brain: each `step()` is one decision, driven to its end.
 
@@ -63,12 +78,7 @@ class Simulation:
 
         Without `observe` the record has neither the brain's activity nor the move's trajectory: copies take time.
         """
-        epoch, decision = divmod(self.decisions, self._decisions_per_epoch)
-        epoch, decision = epoch + 1, decision + 1
-        if decision == 1 and epoch == self.config.config.task.jump_epoch:
-            self.task.move_target(self.config.grid(epoch))  # the brain is not informed
-        if decision == 1 and epoch == self.config.config.task.crossed_epoch:
-            self.task.crossed = True
+        epoch, decision = begin_decision(self.task, self.config, self.decisions)
         percept = self.task.percept
         chosen = self.brain.decide(percept)
         came = self.task.act(chosen.action, observe=observe)

@@ -21,8 +21,8 @@ from scla_mj.validation import shown
 from scla_mj.world.domain_randomisation import DomainRandomisation
 from scla_mj.world.world import World
 
-_QUARTER_TURN_RAD: Final = math.pi / 2
-_HELPLESS_MOVES: Final = 3
+QUARTER_TURN_RAD: Final = math.pi / 2
+HELPLESS_MOVES: Final = 3
 """After that many failed moves in a row a robot is stuck or lost, and is put down elsewhere: one may be bad luck."""
 
 
@@ -105,10 +105,11 @@ class Task:
             self._percept = self._sense()
         return self._percept
 
-    def act(self, action: Action, *, observe: bool = True) -> Step:
+    def act(self, action: Action, *, observe: bool = True, respawn: bool = True) -> Step:
         """Stand through the decision window, then carry out one action; after a hit or a fall the robot respawns.
 
-        Without `observe` the move's trajectory is left empty: copies take time.
+        Without `observe` the move's trajectory is left empty: copies take time. Without `respawn` the robot stays where
+        a hit or a fall has left it: the caller respawns it before the next action.
 
         Raises:
             SclaError: `action` is not an `Action`; or MuJoCo warned or reset itself, so that what it computed
@@ -123,10 +124,32 @@ class Task:
         hit = not move.fallen and move.after == self.grid.target
         move = self._given_up(move, hit)
         after = self._percept = self._sense_after(move, before)
-        if hit or move.fallen:
+        if respawn and (hit or move.fallen):
             self.respawn()
         feedback = Feedback(before, action, executed, move.outcome, after, hit, move.crossed_s)
         return Step(feedback, move, started_s, localised, driven)
+
+    def command(self, left_rad_s: float, right_rad_s: float, controls: int = 1) -> int:
+        """Turn the wheels for some control periods, without a decision; a robot with range rays then looks around.
+
+        Nothing respawns the robot.
+
+        Returns:
+            Which bumpers touched: FRONT, REAR, both or 0.
+
+        Raises:
+            SclaError: as `act`.
+        """
+        touched, self._percept = self._driver.command(left_rad_s, right_rad_s, controls), None
+        if self.world.can_drive():
+            self._refuse_faults()
+            if self._driver.is_level():
+                self._localiser.look()
+        return touched
+
+    def place(self) -> tuple[float, float, float]:
+        """Return where the robot believes to be: x and y in metres, and its heading in radians."""
+        return self._localiser.place()
 
     def move_target(self, grid: Grid) -> None:
         """Put the target where `grid` has it; a robot that stands there respawns."""
@@ -144,7 +167,7 @@ class Task:
         This is the one teleport there is.
         """
         cell = self._starts[self._spawn.integers(len(self._starts))]
-        heading_rad = _QUARTER_TURN_RAD * int(self._spawn.integers(4))
+        heading_rad = QUARTER_TURN_RAD * int(self._spawn.integers(4))
         self._randomisation.renew()
         self.world.spawn(cell, heading_rad, derive=False)
         self._localiser.set_to_truth()
@@ -220,7 +243,7 @@ class Task:
     def _given_up(self, move: Move, hit: bool) -> Move:
         """Count failures in a row, and take a robot that does nothing but fail for one that cannot drive on."""
         self._failures = self._failures + 1 if move.outcome is Outcome.FAILED and not hit else 0
-        return move._replace(fallen=True) if self._failures >= _HELPLESS_MOVES else move
+        return move._replace(fallen=True) if self._failures >= HELPLESS_MOVES else move
 
     def _refuse_faults(self) -> None:
         if self.world.has_misbehaved():

@@ -30,11 +30,16 @@ def _opengl_without_display() -> Iterator[None]:
 
 def make_physics(data: Any) -> Any:
     """Return a `dm_control.mujoco.Physics` of these data and of their model."""
-    mujoco = with_or_without(_VARIABLE, _dm_control)
+    mujoco = dm_control()
     return mujoco.Physics(mujoco.wrapper.MjData(data))
 
 
-def _dm_control() -> Any:
+def dm_control() -> Any:
+    """Return `dm_control.mujoco`, imported so that it draws with or without a display."""
+    return with_or_without(_VARIABLE, _imported)
+
+
+def _imported() -> Any:
     with _opengl_without_display():
         from dm_control import mujoco
 

@@ -46,6 +46,10 @@ class Renderer:
         picture: NDArray[np.uint8] = self._physics.render(height, width, camera_id=camera, scene_option=options)
         return picture
 
+    def close(self) -> None:
+        """Free what was drawn with; it draws no more."""
+        self._physics.free()
+
 
 def _drawable(world: World) -> Any:
     return make_physics(mujoco.MjData(world.drawable_model()))

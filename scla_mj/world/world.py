@@ -101,16 +101,25 @@ class World:
         """
         if any(self._warnings.tolist()):
             mujoco.mj_resetData(self.model, self.data)
-        spawned = self._spawned.get((cell, heading_rad))
-        if spawned is None:
-            spawned = self._spawned_anew(cell, heading_rad)
-            if len(self._spawned) < _SPAWNS_KEPT:
-                self._spawned[cell, heading_rad] = spawned
+        spawned = self.spawned(cell, heading_rad)
         if derive:
             self._set(spawned)
         else:
             mujoco.mj_setState(self.model, self.data, spawned, _INTEGRATION)
         self.steps = 0
+
+    def spawned(self, cell: Cell, heading_rad: float) -> NDArray[np.float64]:
+        """Return the integrated state that `spawn` sets, for other data of this model; it may change `data`.
+
+        Raises:
+            SclaError: the cell is closed or outside the arena.
+        """
+        spawned = self._spawned.get((cell, heading_rad))
+        if spawned is None:
+            spawned = self._spawned_anew(cell, heading_rad)
+            if len(self._spawned) < _SPAWNS_KEPT:
+                self._spawned[cell, heading_rad] = spawned
+        return spawned
 
     def _spawned_anew(self, cell: Cell, heading_rad: float) -> NDArray[np.float64]:
         """Spawn from MuJoCo's own reset, and return the integrated state: setting that is faster."""

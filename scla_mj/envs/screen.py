@@ -1,0 +1,68 @@
+"""A window of MuJoCo's own viewer, which follows a world without touching it."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from scla_mj.errors import SclaError
+from scla_mj.world import names
+from scla_mj.world.world import World
+
+_STATE: Final = mujoco.mjtState.mjSTATE_FULLPHYSICS
+
+
+class Window:
+    """Shows a world in data of its own, at the pace of its control periods.
+
+    Raises:
+        SclaError: there is no display.
+    """
+
+    def __init__(self, world: World, camera: str, period_s: float) -> None:
+        # MuJoCo's viewer would end the process without one.
+        if sys.platform.startswith("linux") and not any(
+            os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+        ):
+            raise SclaError('render_mode "human" needs a display, and there is none: choose "rgb_array"')
+        from mujoco import viewer
+
+        self._world, self._period_s = world, period_s
+        self._model = world.drawable_model()
+        self._data = mujoco.MjData(self._model)
+        self._viewer: Any = viewer.launch_passive(self._model, self._data, show_left_ui=False, show_right_ui=False)
+        with self._viewer.lock():
+            self._viewer.cam.type = mujoco.mjtCamera.mjCAMERA_FIXED
+            self._viewer.cam.fixedcamid = self._model.camera(camera).id
+        self.show()
+
+    def show(self, rows: NDArray[np.float64] | None = None) -> None:
+        """Show the world as it is now, or first a move's trajectory, in real time."""
+        at, root, grid = self._world.at, self._world.at.root_qpos, self._world.grid
+        for part in (names.TARGET_RING, names.TARGET_DISC):
+            self._model.geom(part).pos[:2] = grid.centre_m(grid.target)
+        for row in () if rows is None else rows:
+            self._data.qpos[root : root + 7] = row[1:8]
+            self._data.qpos[[at.left_qpos, at.right_qpos]] = row[8:10]
+            self._draw()
+        if rows is None:
+            state = np.empty(mujoco.mj_stateSize(self._world.model, _STATE))
+            mujoco.mj_getState(self._world.model, self._world.data, state, _STATE)
+            mujoco.mj_setState(self._model, self._data, state, _STATE)
+            self._draw()
+
+    def _draw(self) -> None:
+        if self._viewer.is_running():
+            mujoco.mj_forward(self._model, self._data)
+            self._viewer.sync()
+            time.sleep(self._period_s)
+
+    def close(self) -> None:
+        """Close the window."""
+        self._viewer.close()
