@@ -113,12 +113,23 @@ class Anatomy:
         """The projections' names, in order."""
         return tuple(projection.name for projection in self.projections)
 
+    def by_projection(self, weights: Any) -> dict[str, Any]:
+        """Return the weights of a `Snapshot` by the name of their projection; {} for None."""
+        if weights is None:
+            return {}
+        return dict(weights if isinstance(weights, dict) else zip(self.projection_names, weights, strict=True))
+
     def content(self) -> dict[str, Any]:
         """Return what JSON can hold, for `read_anatomy`."""
         return {
             "populations": [population._asdict() for population in self.populations],
             "projections": [projection._asdict() for projection in self.projections],
         }
+
+
+def motors_of(anatomy: Anatomy | None) -> tuple[str, ...]:
+    """Return the names of the populations whose spikes a decision counts."""
+    return () if anatomy is None else tuple(population.name for population in anatomy.of_role(MOTOR_ROLE))
 
 
 def read_anatomy(content: Any) -> Anatomy | None:

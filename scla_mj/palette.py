@@ -1,8 +1,10 @@
 """Colours and marks that pictures share: of figures as hex, on light or on dark; of the dashboard as red green blue."""
 
+import itertools
+from collections.abc import Sequence
 from typing import Final
 
-from scla_mj.anatomy import INHIBITORY, MOTOR, PROJECTIONS, SENSORY
+from scla_mj.anatomy import INHIBITORY_ROLE, MOTOR_ROLE, PROJECTIONS, Population, Projection
 from scla_mj.signals import Outcome
 
 RGB = tuple[int, int, int]
@@ -11,6 +13,18 @@ TARGET_COLOUR: Final = "#cc3311"
 
 PROJECTION_COLOURS: Final = {projection.name: str(projection.colour) for projection in PROJECTIONS}
 """By projection of the paper: warm for those that agree, cool for opposite ones."""
+LINE_COLOURS: Final = ("#bc8800", "#5489fc", "#5e6363", "#6c2cff", "#ac8c5e", "#4c98c3")
+"""For curves that nobody coloured: distinct for colour-blind readers too, and 3 : 1 on white and on dark."""
+_LINES: Final = ("-", "--", ":", "-.")
+
+
+def projection_styles(projections: Sequence[Projection]) -> dict[str, tuple[str, str]]:
+    """Return each projection's colour and line style, by name: its own, or the next that no other has."""
+    styles, cycle = {}, itertools.cycle(itertools.product(_LINES, LINE_COLOURS))
+    for projection in projections:
+        line, colour = ("-", projection.colour) if projection.colour else next(cycle)
+        styles[projection.name] = colour, "--" if projection.dashed else line
+    return styles
 
 
 def rgb(colour: str) -> RGB:
@@ -34,9 +48,20 @@ def _blend(colour: RGB, towards: RGB, share: float) -> RGB:
     return red, green, blue
 
 
-POPULATION_COLOURS: Final[dict[str, RGB]] = {
-    population.name: _blend(colour, towards, share)
-    for group, towards, share in ((SENSORY, (0, 0, 0), 0.0), (MOTOR, (255,) * 3, 0.35), (INHIBITORY, (0, 0, 0), 0.35))
-    for population, colour in zip(group, ACTION_COLOURS, strict=True)
-}
-"""In the colour of their action: motor populations lighter, inhibitory ones darker."""
+_HUES: Final[tuple[RGB, ...]] = (*ACTION_COLOURS, (205, 255, 223), (73, 233, 255), (252, 220, 36), (240, 105, 79))
+"""The four actions' first, then such as are distinct from them and from each other, for colour-blind readers too."""
+_SHADES: Final[dict[str, tuple[RGB, float]]] = {MOTOR_ROLE: ((255,) * 3, 0.35), INHIBITORY_ROLE: ((0,) * 3, 0.35)}
+
+
+def population_colours(populations: Sequence[Population]) -> dict[str, RGB]:
+    """Return each population's colour on the dashboard, by name: its own, or the next hue of those of its role.
+
+    So the paper's have the colour of their action: motor populations lighter, inhibitory ones darker.
+    """
+    colours: dict[str, RGB] = {}
+    for role in {population.role: None for population in populations}:
+        group = [population for population in populations if population.role == role]
+        for population, hue in zip(group, itertools.cycle(_HUES), strict=False):
+            towards, share = _SHADES.get(role, (hue, 0.0))
+            colours[population.name] = rgb(population.colour) if population.colour else _blend(hue, towards, share)
+    return colours

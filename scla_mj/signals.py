@@ -8,10 +8,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     import numpy as np
     from numpy.typing import NDArray
 
     from scla_mj.grid import Action, Cell
+
+    Weights: TypeAlias = NDArray[np.float32] | NDArray[np.float64] | dict[str, NDArray[Any]]
 
 
 class Percept(NamedTuple):
@@ -26,11 +30,14 @@ class Percept(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """What a brain decided: the action, the automaton's advice if it gave one, and motor spike counts MU MD ML MR."""
+    """What a brain decided: the action, an automaton's advice if it gave one, and the spikes of its motor populations.
+
+    `motor_spikes` are counted in the thinking window, one number per population of role "motor" in the brain's anatomy.
+    """
 
     action: Action
     advised: Action | None = None
-    motor_spikes: tuple[int, int, int, int] | None = None
+    motor_spikes: tuple[int, ...] | None = None
 
 
 class Outcome(enum.StrEnum):
@@ -89,9 +96,10 @@ class Activity(NamedTuple):
     """What a spiking brain did during one decision.
 
     `spike_step` counts neural steps from the decision's start and never falls; `spike_neuron` is the neuron's index.
+    Neurons, populations and projections are those of the brain's `anatomy`, in its order.
     The first `thinking_spikes` spikes fell into the thinking window of `thinking_steps` steps. `mean_weights` and
-    `dopamine` (one value per projection) are those at the decision's end. `counts`, (12,) each, are the spikes of every
-    population in the thinking window and in the whole decision, from a brain that has counted them.
+    `dopamine` (one value per projection) are those at the decision's end. `counts`, (populations,) each, are every
+    population's spikes in the thinking window and in the whole decision, from a brain that has counted them.
     """
 
     spike_step: NDArray[np.int32]
@@ -105,9 +113,13 @@ class Activity(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """A brain's memory: weights (8, 100, 100) if it has synapses, action probabilities (W, H, 4) if it has automata."""
+    """A brain's memory: weights if it has synapses, action probabilities (W, H, 4) if it has automata.
 
-    weights: NDArray[np.float32] | NDArray[np.float64] | None = None
+    `weights` are floats: one array whose first axis is the anatomy's projections, where all have one shape, such as the
+    paper's (8, 100, 100); or a dict of an array per projection, by its name. They are read back as they were given.
+    """
+
+    weights: Weights | None = None
     probabilities: NDArray[np.float64] | None = None
 
 
@@ -139,7 +151,7 @@ class DecisionRecord(NamedTuple):
 
 
 class WeightCurve(NamedTuple):
-    """Samples of the 8 mean weights: the run's decision (n,), its time (n,) and the means (n, 8)."""
+    """Samples of the mean weights: the run's decision (n,), its time (n,) and the means (n, projections)."""
 
     decision: NDArray[np.int64]
     time_s: NDArray[np.float64]

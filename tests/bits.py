@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from scla_mj.anatomy import POPULATION_NAMES
 from scla_mj.config import NetworkConfig, RunConfig, TaskConfig
 from scla_mj.engine.rollout import rollout
 from scla_mj.runs.brain import read_brain
-from scla_mj.runs.decisions import read_decisions
+from scla_mj.runs.decisions import read_decisions, schema
 from scla_mj.runs.folder import PACKAGES
 from scla_mj.signals import Snapshot
 
@@ -77,7 +78,9 @@ def digests() -> dict[str, dict[str, str]]:
 def digests_of(table: pa.Table, memory: Snapshot) -> dict[str, str]:
     """Return digests of what was decided, of the measured numbers (times, errors), and of the memory."""
     measured = {name for name in table.column_names if pa.types.is_floating(table.schema.field(name).type)}
-    decided = [column for column in table.column_names if column not in measured]
+    decided = [column for column in schema(POPULATION_NAMES[4:8]).names if column not in measured]
+    for motor in set(decided) - set(table.column_names):  # a brain without neurons has none
+        table = table.append_column(motor, pa.nulls(len(table), pa.int32()))
     weights = np.zeros(0) if memory.weights is None else memory.weights
     probabilities = np.zeros(0) if memory.probabilities is None else memory.probabilities
     return {

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import hashlib
 import importlib
 import re
-from collections.abc import Callable
-from typing import Any, Final
+import sys
+import types
+from collections.abc import Callable, Iterable, Iterator
+from importlib import metadata
+from typing import Any, Final, NamedTuple
 
 from scla_mj.brain.base import Brain
 from scla_mj.brain.baselines import (
@@ -88,6 +93,39 @@ def find_brain(name: str) -> type[Brain]:
     if is_bridge(name):
         return bridge_class(name)
     return BRAINS.get(name) or _imported(name)
+
+
+class BrainCode(NamedTuple):
+    """What a brain of the user's own is made of: its module's file and that file's SHA-256, and packages' versions."""
+
+    file: str | None = None
+    sha256: str | None = None
+    versions: dict[str, str] = {}  # noqa: RUF012 (a tuple's default, which nobody changes)
+
+
+def code_of(name: str) -> BrainCode:
+    """Return what decides the bits of a brain besides scla-mj; nothing does for one of `BRAINS`.
+
+    The packages are those that its module imports by name.
+    """
+    if name in BRAINS:
+        return BrainCode()
+    module = sys.modules[find_brain(name).__module__]
+    file, digest = getattr(module, "__file__", None), None
+    if file is not None:
+        with contextlib.suppress(OSError), open(file, "rb") as content:  # noqa: PTH123
+            digest = hashlib.file_digest(content, "sha256").hexdigest()
+    return BrainCode(file, digest, dict(_versions_of_imports(vars(module).values())))
+
+
+def _versions_of_imports(values: Iterable[Any]) -> Iterator[tuple[str, str]]:
+    for value in list(values):
+        plain = isinstance(value, type | types.FunctionType | types.BuiltinFunctionType)
+        name = value.__name__ if isinstance(value, types.ModuleType) else value.__module__ if plain else None
+        package = (name or "").partition(".")[0]
+        if package and package not in sys.stdlib_module_names and package != __package__.partition(".")[0]:
+            with contextlib.suppress(metadata.PackageNotFoundError):
+                yield package, metadata.version(package)
 
 
 def can_be_resumed(brain: type[Brain]) -> bool:

@@ -29,9 +29,10 @@ def _print_recording(console: Console, recording: Inspection) -> None:
         console.print(f"{part}", soft_wrap=True)
     for jump in recording.jumps:
         console.print(f"the target jumps to cell {jump.target} at the beginning of epoch {jump.epoch}")
-    if recording.last_weights:
+    if recording.populations:
         console.print(_populations(recording))
-        console.print(_weights(recording))
+        if recording.last_weights:
+            console.print(_weights(recording))
     else:
         console.print("no neurons: the recording holds neither spikes nor weights")
     finished = "whole" if recording.finished else "cut off: the run did not end by itself"

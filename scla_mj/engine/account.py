@@ -81,7 +81,7 @@ class Account:
         epoch.nearer += gained > 0
         epoch.beyond += 1 - gained
         if record.activity is not None:
-            epoch.mean_weights = record.activity.mean_weights.tolist()
+            epoch.mean_weights = record.activity.mean_weights.tolist() or None
         self._outcomes[record.move.outcome] += 1
         if math.isfinite(record.move.position_error_m):  # a robot that fell, a failed move, is nowhere
             self._max_error_m = max(self._max_error_m, abs(record.move.position_error_m))

@@ -10,7 +10,7 @@ from typing import Any, Final, NoReturn
 
 import numpy as np
 
-from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS
+from scla_mj.anatomy import Anatomy, motors_of
 from scla_mj.brain.base import Brain
 from scla_mj.brain.registry import can_be_resumed
 from scla_mj.brain.users_code import shown, users_code
@@ -31,6 +31,11 @@ class CheckedBrain(Brain):
         self._brain = brain
         self._name = name
         self._cells = cells
+        with users_code(f"--brain {name}: its anatomy raised"):
+            anatomy = brain.anatomy
+        if not (anatomy is None or isinstance(anatomy, Anatomy)):
+            raise SclaError(f"--brain {name}: its anatomy must be an Anatomy or None, not {shown(anatomy)}")
+        self.anatomy = anatomy
         with users_code(f"--brain {name}: its sensors raised"):
             if not isinstance(brain.sensors, Mapping):
                 raise SclaError(
@@ -79,13 +84,14 @@ class CheckedBrain(Brain):
             return None
         if not isinstance(activity, Activity):
             self._refuse("activity", "return an Activity or None", activity)
-        self._check_spikes(activity)
+        if self.anatomy is None:
+            self._refuse("activity", "return None, or its class name its neurons: anatomy = Anatomy(...)", activity)
+        self._check_spikes(activity, self.anatomy.neurons)
+        projections = len(self.anatomy.projections)
         for part in ("mean_weights", "dopamine"):
             values = getattr(activity, part)
-            if not (_is_array(values, (len(PROJECTIONS),), np.floating) and np.isfinite(values).all()):
-                self._refuse(
-                    "activity", f"return {part} as {len(PROJECTIONS)} finite floats, a projection each", values
-                )
+            if not (_is_array(values, (projections,), np.floating) and np.isfinite(values).all()):
+                self._refuse("activity", f"return {part} as {projections} finite floats, a projection each", values)
         return activity._replace(counts=None)  # they are counted from the spikes, which have been looked at
 
     def snapshot(self) -> Snapshot:
@@ -97,7 +103,9 @@ class CheckedBrain(Brain):
         if not isinstance(snapshot, Snapshot):
             self._refuse("snapshot", "return a Snapshot", snapshot)
         try:
-            check_snapshot(snapshot, self._cells)
+            if self.anatomy is None and snapshot.weights is not None:
+                raise SclaError("weights are of projections, which its anatomy must name")
+            check_snapshot(snapshot, self._cells, anatomy=self.anatomy)
         except SclaError as error:
             raise SclaError(f"--brain {self._name}: its snapshot() must fit brain.npz: {error}, or be None") from error
         return snapshot
@@ -134,24 +142,25 @@ class CheckedBrain(Brain):
     def _refuse(self, method: str, wanted: str, got: Any) -> NoReturn:
         raise SclaError(f"--brain {self._name}: its {method}() must {wanted}; it gave {shown(got)}")
 
-    def _spikes(self, counts: Any) -> tuple[int, int, int, int]:
+    def _spikes(self, counts: Any) -> tuple[int, ...]:
+        motors = motors_of(self.anatomy)
         if (
             not isinstance(counts, Sequence | np.ndarray)
-            or len(counts) != len(MOTOR)
+            or len(counts) != len(motors)
             or not all(isinstance(count, Integral) and 0 <= int(count) < _MOST_SPIKES for count in counts)
         ):
-            names = " ".join(population.name for population in MOTOR)
-            self._refuse("decide", f"return a Decision whose motor_spikes are four counts ({names}) or None", counts)
-        up, down, left, right = (int(count) for count in counts)
-        return up, down, left, right
+            of = f"a count for each population of role motor ({' '.join(motors)}) or None"
+            wanted = of if motors else "None, as its anatomy has no population of role motor"
+            self._refuse("decide", f"return a Decision whose motor_spikes are {wanted}", counts)
+        return tuple(int(count) for count in counts)
 
-    def _check_spikes(self, activity: Activity) -> None:
+    def _check_spikes(self, activity: Activity, neuron_count: int) -> None:
         steps, neurons = activity.spike_step, activity.spike_neuron
         for part, values in (("spike_step", steps), ("spike_neuron", neurons)):
             if not (_is_array(values, np.shape(steps)[:1], np.integer) and values.ndim == 1):
                 self._refuse("activity", f"return {part} as a flat integer array, a spike each", values)
-        if len(neurons) and (neurons.min() < 0 or neurons.max() >= NEURON_COUNT):
-            self._refuse("activity", f"return spike_neuron as indices from 0 to {NEURON_COUNT - 1}", neurons)
+        if len(neurons) and (neurons.min() < 0 or neurons.max() >= neuron_count):
+            self._refuse("activity", f"return spike_neuron as indices from 0 to {neuron_count - 1}", neurons)
         counts = (activity.thinking_spikes, activity.thinking_steps, activity.steps)
         if not all(isinstance(count, Integral) for count in counts) or not (
             0 <= counts[0] <= len(steps) and 0 < counts[1] <= counts[2]

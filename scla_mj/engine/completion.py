@@ -62,7 +62,7 @@ def complete(run: Run, *, pictures: bool) -> Summary:
     if not is_sealed(run.path):
         _check_agreement(run)
     if pictures:
-        draw_if_possible(run.path, check(run.config))
+        draw_if_possible(run.path, check(run.config), run.anatomy)
     write_seal(run.path)
     return read_summary(run.path)
 
@@ -80,7 +80,7 @@ def draw_again(path: Path | str) -> list[Path]:
         for name in (paths.SUMMARY_JSON, paths.BRAIN_NPZ):
             if not run.file(name).exists():
                 raise SclaError(f"{run.path} has no {name}, which the figures are drawn from: resume the run first")
-        draw(run.path, check(run.config))
+        draw(run.path, check(run.config), run.anatomy)
         if is_sealed(run.path):
             write_seal(run.path)
     return [file for name in paths.FIGURES if (file := run.file(name)).exists()]

@@ -98,10 +98,11 @@ def _figures(found: RunInspection) -> dict[str, Any]:
     return {} if found.summary is None else {name: getattr(found.summary, name) for name in _EARNED}
 
 
-def _array(found: RunInspection, name: str) -> tuple[Any, ...] | None:
-    """Return what identifies an array's content: its type, its shape and its bits."""
-    array = None if found.brain is None else getattr(found.brain, name)
-    return None if array is None else (array.dtype, array.shape, array.tobytes())
+def _array(found: RunInspection, name: str) -> Any:
+    """Return what identifies the content of an array, or of each of a dict: its type, its shape and its bits."""
+    values = None if found.brain is None else getattr(found.brain, name)
+    arrays = values if isinstance(values, dict) else {} if values is None else {name: values}
+    return {key: (array.dtype, array.shape, array.tobytes()) for key, array in arrays.items()}
 
 
 def _first_difference(one: pa.Table | None, other: pa.Table | None) -> DecisionDifference | None:
@@ -109,8 +110,8 @@ def _first_difference(one: pa.Table | None, other: pa.Table | None) -> DecisionD
     if one is None or other is None:
         longer = one if other is None else other
         return None if longer is None or not longer.num_rows else _difference_at(longer, None, 0)
-    shared = min(rows)
-    first = min((_first_in(one[name][:shared], other[name][:shared]) for name in one.column_names), default=shared)
+    shared, columns = min(rows), [name for name in one.column_names if name in other.column_names]
+    first = min((_first_in(one[name][:shared], other[name][:shared]) for name in columns), default=shared)
     if first < shared:
         return _difference_at(one, other, first)
     return None if rows[0] == rows[1] else _difference_at(one if rows[0] > rows[1] else other, None, shared)
@@ -132,5 +133,5 @@ def _bits(column: pa.ChunkedArray) -> Any:
 def _difference_at(one: pa.Table, other: pa.Table | None, row: int) -> DecisionDifference:
     here = one.slice(row, 1).to_pylist()[0]
     there = here if other is None else other.slice(row, 1).to_pylist()[0]
-    columns = {name: (here[name], there[name]) for name in here if repr(here[name]) != repr(there[name])}
+    columns = {name: (here[name], there[name]) for name in here.keys() & there if repr(here[name]) != repr(there[name])}
     return DecisionDifference(here["epoch"], here["decision"], columns)

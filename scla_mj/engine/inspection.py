@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeVar
 
 import numpy as np
+import pyarrow.compute as pc
 
 from scla_mj import paths
 from scla_mj.checked import CheckedConfig, check
@@ -17,7 +18,7 @@ from scla_mj.engine.lock import is_in_use
 from scla_mj.errors import SclaError
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.checkpoint import read_checkpoint
-from scla_mj.runs.decisions import read_decisions
+from scla_mj.runs.decisions import SPIKES, read_decisions
 from scla_mj.runs.folder import Run, is_run_file, open_run
 from scla_mj.runs.seal import broken_files, is_sealed
 from scla_mj.runs.summary import Summary, is_complete, read_summary
@@ -148,7 +149,7 @@ def _inspected(path: Path, *, recording: bool) -> RunInspection:
     log = next((name for name in _LOGS if files.has(name)), _LOGS[0])
     decisions = files.read(log, lambda: read_decisions(path)) if files.has(log) else None
     summary = files.read_if_there(paths.SUMMARY_JSON, lambda: read_summary(path))
-    brain = files.read_if_there(paths.BRAIN_NPZ, lambda: read_brain(path))
+    brain = files.read_if_there(paths.BRAIN_NPZ, lambda: read_brain(path, None if run is None else run.anatomy))
     checkpoint = files.read_if_there(paths.CHECKPOINT_NPZ, lambda: read_checkpoint(path))
     if checkpoint is not None and run is not None and checkpoint.get("config") != run.content:
         files.faults[paths.CHECKPOINT_NPZ] = f"{path / paths.CHECKPOINT_NPZ} is of another run"
@@ -235,8 +236,9 @@ def _compare(found: RunInspection) -> list[Comparison]:
     checked, recording = None if found.run is None else check(found.run.config), found.recording
     closed = (found.path / paths.DECISIONS_PARQUET).exists() and found.decisions is not None
     window_s = 0.0 if checked is None else checked.clock.thinking_window_s
+    anatomy = None if found.run is None else found.run.anatomy
     files = RunFiles(
-        config=None if checked is None else _settings(checked),
+        config=None if checked is None else _settings(checked) | {"anatomy": anatomy},
         decisions=_counts(found.decisions, window_s) if closed else None,
         summary=None if found.summary is None else dataclasses.asdict(found.summary),
         brain=found.brain,
@@ -279,4 +281,9 @@ def _counts(table: pa.Table, thinking_window_s: float) -> dict[str, Any]:
         },
         "max_position_error_m": error_m,
         "simulated_s": float(np.max(ends_s, initial=0.0)),
+        "spikes": {
+            name.removeprefix(SPIKES): pc.sum(table[name]).as_py() or 0
+            for name in table.column_names
+            if name.startswith(SPIKES) and not table[name].null_count
+        },
     }

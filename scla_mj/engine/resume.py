@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from scla_mj import paths
-from scla_mj.brain.registry import BRAINS
+from scla_mj.anatomy import motors_of
+from scla_mj.brain.registry import BRAINS, code_of
 from scla_mj.config import CHECKPOINT_PERIOD_S
 from scla_mj.engine.build import simulate
 from scla_mj.engine.completion import check_but_figures, complete, needs_no_decision
@@ -23,6 +24,7 @@ from scla_mj.runs.summary import is_complete
 from scla_mj.telemetry.growth import check_parts
 
 if TYPE_CHECKING:
+    from scla_mj.loop.simulation import Simulation
     from scla_mj.runs.folder import Run
     from scla_mj.runs.summary import Summary
 
@@ -74,7 +76,9 @@ def finish(
             raise SclaError(f"{run.path} is complete: there is nothing to resume")
         return complete(run, pictures=pictures or redraw)
     _refuse_other_versions(run)
-    session = Session(run, simulate(run.config), pictures=pictures, checkpoint_period_s=checkpoint_period_s)
+    simulation = simulate(run.config)
+    _refuse_other_brain(run, simulation)
+    session = Session(run, simulation, pictures=pictures, checkpoint_period_s=checkpoint_period_s)
     if session.can_save():
         _restore(session, run)
     elif not restart:
@@ -99,9 +103,22 @@ def _refuse_unnamed_brain(run: Run, brain: str | None) -> None:
     )
 
 
+def _refuse_other_brain(run: Run, simulation: Simulation) -> None:
+    """Refuse code of the user's own that has changed: no bit after the change would be that of the run."""
+    brain, code = run.config.brain, code_of(run.config.brain)
+    if code.sha256 != run.brain_sha256:
+        raise SclaError(
+            f"{code.file or brain} has changed since {run.path} began: put back the file that it began with, SHA-256 "
+            f"{run.brain_sha256}, or start a new run"
+        )
+    if simulation.brain.anatomy != run.anatomy:
+        raise SclaError(f"--brain {brain} has another anatomy than when {run.path} began: start a new run")
+
+
 def _refuse_other_versions(run: Run) -> None:
-    here, there = folder.package_versions(), run.versions
-    changed = [name for name in folder.MAKERS if there.get(name) != here[name]]
+    of_its_own = code_of(run.config.brain).versions
+    here, there = folder.package_versions() | of_its_own, run.versions
+    changed = [name for name in (*folder.MAKERS, *of_its_own) if there.get(name) != here[name]]
     if changed:
         began = ", ".join(f"{name} {there.get(name, 'unknown')} (here {here[name]})" for name in changed)
         raise SclaError(f"{run.path} began with {began}: install those versions to resume it, or start a new run")
@@ -143,5 +160,5 @@ def _take_back(run: Run, decisions: int) -> None:
     remove(run.file(paths.SEAL_JSON))
     for name in folder.RUN_FILES:
         remove_scratch(run.file(name))
-    take_back(run.path, decisions)
+    take_back(run.path, decisions, motors_of(run.anatomy))
     remove(*map(run.file, _RESULTS))

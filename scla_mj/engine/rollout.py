@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scla_mj.brain.registry import code_of
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
 from scla_mj.engine.build import simulate
@@ -51,7 +52,9 @@ def begin(
     Raises:
         SclaError: as `rollout`.
     """
-    run = folder.create(place, simulation.config.config)
+    config = simulation.config.config
+    code = code_of(config.brain)
+    run = folder.create(place, config, simulation.brain.anatomy, brain_sha256=code.sha256, brain_versions=code.versions)
     remove_scratch(run.file(CONFIG_JSON))  # of a process that was killed here before
     session = Session(run, simulation, pictures=pictures, checkpoint_period_s=checkpoint_period_s)
     try:

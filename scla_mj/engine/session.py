@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from scla_mj import paths
+from scla_mj.anatomy import motors_of
 from scla_mj.engine.account import Account
 from scla_mj.engine.interrupts import held_back
 from scla_mj.errors import SclaError
@@ -50,6 +51,7 @@ class Session:
     def __init__(self, run: Run, simulation: Simulation, *, pictures: bool, checkpoint_period_s: float) -> None:
         self._run, self._simulation = run, simulation
         self._checked, self._config = simulation.config, simulation.config.config
+        self._anatomy = simulation.brain.anatomy
         self._pictures = pictures
         self._period_s = checkpoint_period_s
         self._account = Account(simulation.config)
@@ -84,7 +86,7 @@ class Session:
         """
         with held_back() as let_interrupt_through:
             try:
-                with DecisionLog(self._run.path, resumed=resumed) as log, self._recording():
+                with DecisionLog(self._run.path, motors_of(self._anatomy), resumed=resumed) as log, self._recording():
                     self._make_decisions(log, watch, let_interrupt_through)
             except BaseException:
                 with contextlib.suppress(SclaError):  # report the original error, not what follows from it
@@ -182,6 +184,7 @@ class Session:
         recorder = RerunRecorder(
             self._run.file(paths.recording_part(max(numbers, default=0) + 1)),
             self._checked,
+            anatomy=self._anatomy,
             model=self._simulation.world.drawable_model(),
             run_id=self._run.run_id,
             first_decision=self.decisions + 1,
@@ -198,9 +201,9 @@ class Session:
         self._require_place()
         write_summary(path, summary)
         memory = self._simulation.brain.snapshot()
-        write_brain(path, memory, self._account.history.curve())
+        write_brain(path, memory, self._account.history.curve(), anatomy=self._anatomy)
         if self._pictures:
-            draw_if_possible(path, self._checked)
+            draw_if_possible(path, self._checked, self._anatomy)
         if complete:
             remove(self._run.file(paths.CHECKPOINT_NPZ))
         write_seal(path)

@@ -38,6 +38,7 @@ class StoredRun:
     Attributes:
         path: the run folder.
         config: the settings that made it.
+        anatomy: its brain's populations and projections; None for a brain without neurons.
         run_id: the identity of the run and of its recording.
         versions: package versions that it began with.
     """
@@ -45,7 +46,7 @@ class StoredRun:
     def __init__(self, path: Path | str) -> None:
         run = open_run(path)
         self.path, self.config = run.path, run.config
-        self.run_id, self.versions = run.run_id, run.versions
+        self.anatomy, self.run_id, self.versions = run.anatomy, run.run_id, run.versions
 
     def __repr__(self) -> str:
         config, state = self.config, "complete" if self.is_complete else "unfinished"
@@ -98,20 +99,22 @@ class StoredRun:
 
     @functools.cached_property
     def brain(self) -> Snapshot:
-        """What the brain had learnt at the end: `weights` (8, 100, 100) and `probabilities` (W, H, 4), or None.
+        """What the brain had learnt at the end: `weights` and `probabilities` (W, H, 4), or None.
+
+        The paper's weights are (8, 100, 100); those of projections with different shapes a dict of an array for each.
 
         Raises:
             SclaError: the run has no `brain.npz`, or it is damaged.
         """
         self._require(paths.BRAIN_NPZ, "a final brain")
-        return read_brain(self.path)
+        return read_brain(self.path, self.anatomy)
 
     @functools.cached_property
     def weight_history(self) -> WeightCurve:
-        """The 8 mean weights over the run, the paper's Figure 3: `decision` (n,), `time_s` (n,), `mean_weights` (n, 8).
+        """The mean weights over the run, the paper's Figure 3: `decision` (n,), `time_s` (n,), `mean_weights` (n, 8).
 
-        At most some 2000 samples, every fourth decision in a run of up to 8192. From `brain.npz`, of an unfinished run
-        from its checkpoint or its recording.
+        A column per projection of the `anatomy`; at most some 2000 samples, every fourth decision in a run of up to
+        8192. From `brain.npz`, of an unfinished run from its checkpoint or its recording.
 
         Raises:
             SclaError: the brain has no weights, or the run stopped before any were written.

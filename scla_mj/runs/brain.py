@@ -9,56 +9,68 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import NEURONS_PER_SIDE, PROJECTION_NAMES
+from scla_mj.anatomy import Anatomy
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import BRAIN_NPZ
 from scla_mj.runs.atomic import reading, replacing
 from scla_mj.signals import Snapshot, WeightCurve
 
-WEIGHTS_SHAPE: Final = (len(PROJECTION_NAMES), NEURONS_PER_SIDE, NEURONS_PER_SIDE)
 _HISTORY: Final = tuple(f"history_{name}" for name in WeightCurve._fields)
 _MEMBERS: Final = ("weights", "projections", "probabilities", *_HISTORY)
+_OF_ONE: Final = "weights_"
+"""Begins the name of the array of one projection's weights, where each has a shape of its own."""
 _PROBABILITY_TOLERANCE: Final = 1e-6
 """Far above the rounding of four summed float64 numbers, far below any visible change of a policy."""
 
 
-def write_brain(folder: Path, snapshot: Snapshot, history: WeightCurve | None = None) -> None:
-    """Write `brain.npz`: `weights` (8, 100, 100), their `projections` (8,), `probabilities` (W, H, 4), those there are.
+def write_brain(
+    folder: Path, snapshot: Snapshot, history: WeightCurve | None = None, *, anatomy: Anatomy | None
+) -> None:
+    """Write `brain.npz`: `weights`, the names of their `projections` and `probabilities` (W, H, 4), those there are.
 
-    The `history` of the mean weights, if it has any samples, is written as `history_decision`, `history_time_s` and
+    The `anatomy` names the projections. Weights that are a dict are written as `weights_NAME` each. The `history` of
+    the mean weights, if it has any samples, is written as `history_decision`, `history_time_s` and
     `history_mean_weights`.
 
     Raises:
         SclaError: the folder cannot be written to.
     """
     arrays: dict[str, NDArray[Any]] = {}
-    if snapshot.weights is not None:
+    projections = () if anatomy is None else anatomy.projection_names
+    if isinstance(snapshot.weights, dict):
+        arrays |= {_OF_ONE + name: snapshot.weights[name] for name in projections}
+    elif snapshot.weights is not None:
         arrays["weights"] = snapshot.weights
-        arrays["projections"] = np.array(PROJECTION_NAMES)
+    kept = history is not None and len(history.decision)
+    if snapshot.weights is not None or kept:
+        arrays["projections"] = np.array(projections)
     if snapshot.probabilities is not None:
         arrays["probabilities"] = snapshot.probabilities
-    if history is not None and len(history.decision):
+    if history is not None and kept:
         arrays |= dict(zip(_HISTORY, history, strict=True))
     with replacing(Path(folder) / BRAIN_NPZ) as scratch, scratch.open("wb") as file:
         np.savez(file, allow_pickle=False, **{name: np.asarray(array, order="C") for name, array in arrays.items()})
 
 
-def read_brain(folder: Path) -> Snapshot:
-    """Return the memory that a run's `brain.npz` holds.
+def read_brain(folder: Path, anatomy: Anatomy | None = None) -> Snapshot:
+    """Return the memory that a run's `brain.npz` holds; of a known `anatomy`, its weights must fit that.
 
     Raises:
         SclaError: the file is missing, damaged, or holds something else; the sentence names it.
     """
     path = Path(folder) / BRAIN_NPZ
     arrays = _read_members(path)
-    snapshot = Snapshot(arrays.get("weights"), arrays.get("probabilities"))
+    names = _projections(arrays)
+    each = {name: arrays[_OF_ONE + name] for name in names if _OF_ONE + name in arrays}
+    snapshot = Snapshot(each or arrays.get("weights"), arrays.get("probabilities"))
+    if anatomy is not None and snapshot.weights is not None and names != anatomy.projection_names:
+        raise SclaError(f"{path}: projections must name the weights: {', '.join(anatomy.projection_names)}")
     try:
-        check_snapshot(snapshot)
+        _check_names(arrays, names)
+        check_snapshot(snapshot, anatomy=anatomy)
     except SclaError as error:
         raise SclaError(f"{path} is damaged: {error}") from error
-    if snapshot.weights is not None and tuple(arrays.get("projections", ())) != PROJECTION_NAMES:
-        raise SclaError(f"{path}: projections must name the weights: {', '.join(PROJECTION_NAMES)}")
     return snapshot
 
 
@@ -73,12 +85,24 @@ def read_weight_history(folder: Path) -> WeightCurve | None:
     if not arrays.keys() & set(_HISTORY):
         return None
     decision, time_s, means = (arrays.get(name, np.zeros(0)) for name in _HISTORY)
-    sound = (
-        decision.ndim == 1 and decision.shape == time_s.shape and means.shape == (len(decision), len(PROJECTION_NAMES))
-    )
+    shape = len(decision) if decision.ndim == 1 else -1, len(_projections(arrays))
+    sound = decision.shape == time_s.shape and means.shape == shape
     if not (sound and np.issubdtype(decision.dtype, np.integer) and np.isfinite(means).all()):
-        raise SclaError(f"{path} is damaged: the history of the mean weights must be (n,), (n,) and (n, 8)")
+        raise SclaError(f"{path} is damaged: the history of the mean weights must be (n,), (n,) and (n, {shape[1]})")
     return WeightCurve(decision, time_s, means)
+
+
+def _projections(arrays: dict[str, NDArray[Any]]) -> tuple[str, ...]:
+    names = arrays.get("projections", np.zeros(0, str))
+    return tuple(map(str, names.ravel().tolist()))
+
+
+def _check_names(arrays: dict[str, NDArray[Any]], names: tuple[str, ...]) -> None:
+    """Refuse weights that nothing names: one array has a row for every name, or each name has an array."""
+    each = {name.removeprefix(_OF_ONE) for name in arrays if name.startswith(_OF_ONE)}
+    rows = len(arrays["weights"]) if "weights" in arrays and arrays["weights"].ndim else None
+    if (each and each != set(names)) or (rows is not None and rows != len(names)):
+        raise SclaError(f"it holds other weights than those of its projections, {', '.join(names) or 'none'}")
 
 
 def _read_members(path: Path) -> dict[str, NDArray[Any]]:
@@ -97,7 +121,7 @@ def _check_members(path: Path, archive: Any) -> None:
     Our archives begin with their first member: bytes before it belong to members that a damaged directory lost.
     """
     for name in archive.files:
-        if name not in _MEMBERS:
+        if name not in _MEMBERS and not name.startswith(_OF_ONE):
             raise SclaError(
                 f"{path} is not a brain file of scla-mj: it holds {name!r}, known are {', '.join(_MEMBERS)}"
             )
@@ -108,19 +132,17 @@ def _check_members(path: Path, archive: Any) -> None:
         raise SclaError(f"{path} is not a brain file of scla-mj: its arrays are compressed")
 
 
-def check_snapshot(snapshot: Snapshot, cells: tuple[int, int] | None = None) -> None:
-    """Refuse weights or action probabilities that `brain.npz` cannot hold; `cells` is (W, H) where the grid is known.
+def check_snapshot(snapshot: Snapshot, cells: tuple[int, int] | None = None, *, anatomy: Anatomy | None = None) -> None:
+    """Refuse weights or action probabilities that `brain.npz` cannot hold.
+
+    `cells` is (W, H) where the grid is known, the weights have the shapes of the `anatomy` where that is.
 
     Raises:
         SclaError: the sentence says what the array is and what it must be.
     """
     weights, probabilities = snapshot
     if weights is not None:
-        kinds = (np.float32, np.float64)
-        if not isinstance(weights, np.ndarray) or weights.shape != WEIGHTS_SHAPE or weights.dtype not in kinds:
-            raise SclaError(f"weights are {_kind(weights)}, they must be floats of {WEIGHTS_SHAPE}")
-        if not np.isfinite(weights).all():
-            raise SclaError("every weight must be a finite number")
+        _check_weights(weights, anatomy)
     if probabilities is not None:
         is_map = isinstance(probabilities, np.ndarray) and probabilities.dtype == np.float64 and probabilities.ndim == 3
         width, height = cells or (probabilities.shape[:2] if is_map else ("W", "H"))
@@ -130,6 +152,32 @@ def check_snapshot(snapshot: Snapshot, cells: tuple[int, int] | None = None) -> 
         sums_off = np.abs(probabilities.sum(axis=2) - 1.0)
         if not (probabilities.min(initial=0.0) >= 0.0 and sums_off.max(initial=0.0) <= _PROBABILITY_TOLERANCE):
             raise SclaError("every cell's probabilities must be 0 or more and sum to 1")
+
+
+def _check_weights(weights: Any, anatomy: Anatomy | None) -> None:
+    if isinstance(weights, dict):
+        if anatomy is not None and weights.keys() != set(anatomy.projection_names):
+            named = ", ".join(anatomy.projection_names) or "none"
+            raise SclaError(f"weights are of {', '.join(map(str, weights)) or 'none'}, the projections are {named}")
+        for name, array in weights.items():
+            shapes = {} if anatomy is None else {item.name: item.shape for item in anatomy.projections}
+            _check_floats(f"weights of {name}", array, shapes.get(name))
+        return
+    shape = None
+    if anatomy is not None:
+        common = {projection.shape for projection in anatomy.projections}
+        if len(common) != 1:
+            raise SclaError(f"weights are {_kind(weights)}, they must be a dict with an array for each projection")
+        shape = len(anatomy.projections), *common.pop()
+    _check_floats("weights", weights, shape)
+
+
+def _check_floats(what: str, array: Any, shape: tuple[int, ...] | None) -> None:
+    floats = isinstance(array, np.ndarray) and array.dtype in (np.float32, np.float64) and array.ndim > 0
+    if not floats or (shape is not None and array.shape != shape):
+        raise SclaError(f"{what} are {_kind(array)}, they must be floats{'' if shape is None else f' of {shape}'}")
+    if not np.isfinite(array).all():
+        raise SclaError("every weight must be a finite number")
 
 
 def _kind(values: Any) -> str:

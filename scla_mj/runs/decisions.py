@@ -7,8 +7,9 @@ Parquet file. The same rows give the same bytes.
 
 from __future__ import annotations
 
+import base64
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
 from types import TracebackType
@@ -17,12 +18,11 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scla_mj.anatomy import MOTOR
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
 from scla_mj.runs.atomic import is_still, reading, remove, replacing, writing
-from scla_mj.runs.stream import header, message, whole_batches
+from scla_mj.runs.stream import columns_of, header, message, whole_batches
 from scla_mj.signals import DecisionRecord, Outcome
 
 BATCH_ROWS: Final = 250
@@ -32,11 +32,14 @@ ROW_GROUP_ROWS: Final = 16_384
 
 _CONTENT: Final = "the decisions of a run"
 NONE: Final = "none"
-SPIKE_COLUMNS: Final = tuple(f"spikes_{population.name}" for population in MOTOR)
+SPIKES: Final = "spikes_"
+"""Begins the name of the column that counts a motor population's spikes."""
 DIRECTIONS: Final = frozenset(action.label for action in Action)
 
-SCHEMA: Final = pa.schema(
-    [
+
+def schema(motors: Sequence[str] = ()) -> pa.Schema:
+    """Return the columns as `docs` names them; a brain with such motor populations has their spikes, or nulls."""
+    fields = [
         *(pa.field(name, pa.int32(), nullable=False) for name in ("epoch", "decision")),
         pa.field("time_s", pa.float64(), nullable=False),
         *(pa.field(name, pa.int32(), nullable=False) for name in ("x", "y")),
@@ -48,11 +51,11 @@ SCHEMA: Final = pa.schema(
             pa.field(name, pa.float64(), nullable=False)
             for name in ("duration_s", "position_error_m", "heading_error_rad")
         ),
-        *(pa.field(name, pa.int32()) for name in SPIKE_COLUMNS),
+        *(pa.field(SPIKES + name, pa.int32()) for name in motors),
         pa.field("executed", pa.string(), nullable=False),
     ]
-)
-"""Columns as `docs` names them; the spike counts are null for a brain without neurons."""
+    return pa.schema(fields)
+
 
 _LABELS: Final = {
     "sensed": DIRECTIONS | {NONE},
@@ -63,8 +66,8 @@ _LABELS: Final = {
 }
 
 
-def row(record: DecisionRecord) -> tuple[Any, ...]:
-    """Return one decision as a row of `SCHEMA`."""
+def row(record: DecisionRecord, motors: int = 0) -> tuple[Any, ...]:
+    """Return one decision as a row of the `schema` of so many motor populations."""
     before, chosen, move = record.percept.cell, record.chosen, record.move
     return (
         record.epoch,
@@ -80,7 +83,7 @@ def row(record: DecisionRecord) -> tuple[Any, ...]:
         move.duration_s,
         move.position_error_m,
         move.heading_error_rad,
-        *(chosen.motor_spikes or (None,) * len(SPIKE_COLUMNS)),
+        *(chosen.motor_spikes or (None,) * motors),
         record.executed.label,
     )
 
@@ -90,14 +93,15 @@ class DecisionLog:
 
     Args:
         folder: the run's folder.
+        motors: the names of the brain's motor populations, each of which has a column of spikes.
         resumed: continue the stream that `take_back` left there, instead of beginning one.
 
     Raises:
         SclaError: the folder already has a log, or cannot be written to.
     """
 
-    def __init__(self, folder: Path, *, resumed: bool = False) -> None:
-        self._folder = Path(folder)
+    def __init__(self, folder: Path, motors: Sequence[str] = (), *, resumed: bool = False) -> None:
+        self._folder, self._motors, self._schema = Path(folder), len(motors), schema(motors)
         self._rows: list[tuple[Any, ...]] = []
         self._broken = False
         self._partial = self._folder / DECISIONS_PARTIAL
@@ -106,7 +110,7 @@ class DecisionLog:
         with writing(self._partial, refusal=f"{self._folder} is in use by another run: choose another RUN"):
             self._stream = self._partial.open("ab" if resumed else "xb")
             if not resumed:
-                self._stream.write(header(SCHEMA))
+                self._stream.write(header(self._schema))
                 self._stream.flush()
 
     def write(self, record: DecisionRecord) -> None:
@@ -117,7 +121,7 @@ class DecisionLog:
         """
         if self._rows and record.epoch != self._rows[-1][0]:
             self.flush()
-        self._rows.append(row(record))
+        self._rows.append(row(record, self._motors))
         if len(self._rows) >= BATCH_ROWS:
             self.flush()
 
@@ -130,11 +134,12 @@ class DecisionLog:
         if not self._rows:
             return
         columns = [
-            pa.array(column, field.type) for column, field in zip(zip(*self._rows, strict=True), SCHEMA, strict=True)
+            pa.array(column, field.type)
+            for column, field in zip(zip(*self._rows, strict=True), self._schema, strict=True)
         ]
         self._broken = True  # until it is whole: half a batch may lie at the stream's end, and nothing may follow it
         with writing(self._partial):
-            self._stream.write(message(pa.record_batch(columns, schema=SCHEMA)))
+            self._stream.write(message(pa.record_batch(columns, schema=self._schema)))
             self._stream.flush()
         self._broken = False
         self._rows.clear()
@@ -190,8 +195,10 @@ def finish_log(folder: Path) -> None:
         SclaError: the stream is damaged, the disk is full or the folder has gone; the stream then stays.
     """
     partial = Path(folder) / DECISIONS_PARTIAL
+    with reading(partial, _CONTENT):
+        columns = columns_of(partial) or schema()
     with replacing(partial.with_name(DECISIONS_PARQUET)) as scratch:
-        _write_parquet(scratch, _batches(partial))
+        _write_parquet(scratch, columns, _batches(partial))
     remove(partial)
 
 
@@ -205,10 +212,10 @@ def rows_in_stream(folder: Path) -> int:
     return sum(map(len, _batches(partial))) if partial.exists() else 0
 
 
-def take_back(folder: Path, decisions: int) -> None:
+def take_back(folder: Path, decisions: int, motors: Sequence[str] = ()) -> None:
     """Turn a run's log, closed or not, into an open stream of its first `decisions` rows, for a `DecisionLog`.
 
-    Later rows are given up: the run makes them again.
+    Later rows are given up: the run makes them again. `motors` are the names of the brain's motor populations.
 
     Raises:
         SclaError: the log is damaged or shorter than that, or the folder cannot be written to.
@@ -216,7 +223,7 @@ def take_back(folder: Path, decisions: int) -> None:
     parquet, partial = Path(folder) / DECISIONS_PARQUET, Path(folder) / DECISIONS_PARTIAL
     source, wanted = parquet if parquet.exists() else partial, decisions
     with replacing(partial) as scratch, scratch.open("wb") as file:
-        file.write(header(SCHEMA))
+        file.write(header(schema(motors)))
         for batch in _batches(source) if wanted else ():
             kept = batch.slice(0, wanted)
             file.write(message(kept))
@@ -243,8 +250,10 @@ def read_decisions(folder: Path) -> pa.Table:
         if path == parquet:
             table = pq.read_table(path, page_checksum_verification=True)  # refuses more than `_batches` can see
         else:
-            table = pa.Table.from_batches(_batches(path), SCHEMA)
+            table = pa.Table.from_batches(_batches(path), columns_of(path) or schema())
         _check_columns(path, table.schema)
+        if path == parquet:
+            _check_names(path)
         table.validate(full=True)
     for name, allowed in _LABELS.items():
         foreign = sorted(set(table[name].unique().to_pylist()) - allowed)
@@ -256,14 +265,27 @@ def read_decisions(folder: Path) -> pa.Table:
 
 
 def _check_columns(path: Path, found: pa.Schema) -> None:
-    if not found.equals(SCHEMA):
-        raise SclaError(f"{path} is not a table of decisions: its columns must be {', '.join(SCHEMA.names)}")
+    if not _is_ours(found):
+        names = ", ".join(schema(["NAME"]).names)
+        raise SclaError(f"{path} is not a table of decisions: its columns must be {names} for each motor population")
 
 
-def _write_parquet(path: Path, batches: Iterator[pa.RecordBatch]) -> None:
+def _check_names(path: Path) -> None:
+    """Refuse a table whose footer names its columns in two ways: no checksum covers it, and no name is known before."""
+    footer = pq.read_metadata(path)
+    stored = pa.ipc.read_schema(pa.py_buffer(base64.b64decode(footer.metadata[b"ARROW:schema"])))
+    if stored.names != footer.schema.names:
+        raise SclaError(f"{path} is damaged: its footer names other columns than its pages")
+
+
+def _is_ours(found: pa.Schema) -> bool:
+    return bool(found.equals(schema([name.removeprefix(SPIKES) for name in found.names if name.startswith(SPIKES)])))
+
+
+def _write_parquet(path: Path, columns: pa.Schema, batches: Iterator[pa.RecordBatch]) -> None:
     """Write row groups of `ROW_GROUP_ROWS`, so that the bytes do not depend on how the rows came in batches."""
-    waiting = SCHEMA.empty_table()
-    with pq.ParquetWriter(path, SCHEMA, compression="zstd", write_page_checksum=True) as writer:
+    waiting = columns.empty_table()
+    with pq.ParquetWriter(path, columns, compression="zstd", write_page_checksum=True) as writer:
         for batch in batches:
             waiting = pa.concat_tables([waiting, pa.Table.from_batches([batch])])
             if waiting.num_rows >= ROW_GROUP_ROWS:
@@ -277,7 +299,7 @@ def _batches(path: Path) -> Iterator[pa.RecordBatch]:
     """Yield a log's rows from either file."""
     with reading(path, _CONTENT):
         if path.name == DECISIONS_PARTIAL:
-            yield from whole_batches(path, SCHEMA)
+            yield from whole_batches(path, _is_ours)
             return
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
             _check_columns(path, file.schema_arrow)

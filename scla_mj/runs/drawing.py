@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, Final, Literal
@@ -19,9 +19,9 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import PROJECTIONS
+from scla_mj.anatomy import PROJECTIONS, Projection
 from scla_mj.grid import Action, Grid
-from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
+from scla_mj.palette import TARGET_COLOUR, projection_styles
 
 Array = NDArray[np.float64]
 
@@ -75,14 +75,24 @@ def save(figure: Figure, file: IO[Any] | Path, *, kind: Literal["svg", "png"] = 
     figure.set_layout_engine("none")  # laid out once: the next file need not do it again
 
 
-def draw_weights(axes: Axes, x: Array, mean: Array, band: tuple[Array, Array] | None = None) -> None:
-    """Draw the mean weight of each projection (n, 8) in mV over `x` (n,), with a band from low to high if given.
+def draw_weights(
+    axes: Axes,
+    x: Array,
+    mean: Array,
+    band: tuple[Array, Array] | None = None,
+    *,
+    projections: Sequence[Projection] = PROJECTIONS,
+) -> None:
+    """Draw the mean weight of each projection (n, projections) in mV over `x` (n,), with a band from low to high.
 
-    Agreeing projections are solid and warm, opposite ones dashed and cool.
+    Of the paper's the agreeing ones are solid and warm, opposite ones dashed and cool.
     """
-    for index, projection in enumerate(PROJECTIONS):
-        colour, dash = PROJECTION_COLOURS[projection.name], "-" if projection.agrees else "--"
-        label, marker = projection.name.replace("to", " → "), "o" if 0 < len(x) < 8 else None
+    styles = projection_styles(projections)
+    for index, projection in enumerate(projections):
+        colour, dash = styles[projection.name]
+        ends = projection.source, projection.target
+        label = " → ".join(ends) if projection.name == "to".join(ends) else projection.name
+        marker = "o" if 0 < len(x) < 8 else None
         axes.plot(x, mean[:, index], ls=dash, color=colour, lw=1.6, marker=marker, ms=4, label=label)
         if band is not None:
             axes.fill_between(x, band[0][:, index], band[1][:, index], color=colour, alpha=0.2, lw=0)
@@ -91,7 +101,7 @@ def draw_weights(axes: Axes, x: Array, mean: Array, band: tuple[Array, Array] | 
     axes.set_ylabel("mean weight (mV)")
     axes.grid(axis="y")
     handles, labels = axes.get_legend_handles_labels()
-    order = sorted(range(len(labels)), key=lambda index: not PROJECTIONS[index].agrees)
+    order = sorted(range(len(labels)), key=lambda index: projections[index].dashed)
     axes.legend([handles[i] for i in order], [labels[i] for i in order], loc="center left", bbox_to_anchor=(1.0, 0.5),
                 handlelength=2.4)  # fmt: skip
 

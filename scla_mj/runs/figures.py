@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final
 
+from scla_mj.anatomy import Anatomy
 from scla_mj.checked import CheckedConfig
 from scla_mj.environment import hidden
 from scla_mj.errors import SclaError
@@ -29,18 +30,20 @@ _SCRATCH: Final = ".figures."
 """Begins the name of the folder that they are drawn into: all of them become the run's, or none."""
 
 
-def draw(folder: Path, checked: CheckedConfig) -> None:
+def draw(folder: Path, checked: CheckedConfig, anatomy: Anatomy | None) -> None:
     """Draw the figures of a run from its `summary.json` and its `brain.npz`; those that were there are replaced.
+
+    `anatomy` is its brain's.
 
     Raises:
         SclaError: a file is missing or damaged, or the figures cannot be drawn or written.
     """
-    summary, memory, curve = read_summary(folder), read_brain(folder), read_weight_history(folder)
+    summary, memory, curve = read_summary(folder), read_brain(folder, anatomy), read_weight_history(folder)
     for left in folder.glob(f"{_SCRATCH}*"):  # by a process that was killed
         shutil.rmtree(left, ignore_errors=True)
     try:
         with tempfile.TemporaryDirectory(prefix=_SCRATCH, dir=folder) as scratch:
-            _draw(Path(scratch), checked, summary, memory, curve)
+            _draw(Path(scratch), checked, anatomy, summary, memory, curve)
             for file in Path(scratch).iterdir():
                 file.replace(folder / file.name)
     except SclaError:
@@ -50,27 +53,34 @@ def draw(folder: Path, checked: CheckedConfig) -> None:
         raise SclaError(f"the figures of {folder} cannot be drawn: {type(error).__name__}: {reason}") from error
 
 
-def draw_if_possible(folder: Path, checked: CheckedConfig) -> None:
+def draw_if_possible(folder: Path, checked: CheckedConfig, anatomy: Anatomy | None) -> None:
     """Draw the figures or, where that cannot be, leave none and log how to draw them later.
 
     Raises:
         SclaError: what is left of them cannot be removed.
     """
     try:
-        draw(folder, checked)
+        draw(folder, checked, anatomy)
     except SclaError as error:
         remove(*(folder / name for name in FIGURES))  # which may be damaged, or of fewer decisions
         command = f"scla-mj figures {shlex.quote(str(folder))}"
         _LOG.warning("%s; the run lacks nothing else, and `%s` draws them", error, command)
 
 
-def _draw(folder: Path, checked: CheckedConfig, summary: Summary, memory: Snapshot, curve: WeightCurve | None) -> None:
+def _draw(
+    folder: Path,
+    checked: CheckedConfig,
+    anatomy: Anatomy | None,
+    summary: Summary,
+    memory: Snapshot,
+    curve: WeightCurve | None,
+) -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a folder for its cache that it cannot write
     plots = _import_plots()
     last = checked.grid(summary.epochs[-1].epoch)
     plots.plot_epochs(folder, summary)
-    if curve is not None:
-        plots.plot_weights(folder, curve, summary)
+    if curve is not None and anatomy is not None:
+        plots.plot_weights(folder, curve, anatomy.projections, summary)
     if memory.probabilities is not None:
         plots.plot_policy(folder, last, memory.probabilities, summary)
 

@@ -7,12 +7,14 @@ import dataclasses
 import json
 import platform
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib import metadata
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
 from scla_mj import __version__, paths
+from scla_mj.anatomy import Anatomy, read_anatomy
 from scla_mj.checked import check
 from scla_mj.checked_path import checked_path
 from scla_mj.config import RunConfig
@@ -39,7 +41,9 @@ MAKERS: Final = ("scla-mj", *PACKAGES)
 
 _VERSIONS: Final = "versions"
 _RUN_ID: Final = "run_id"
-_OF_THE_RUN: Final = (_VERSIONS, _RUN_ID)
+_ANATOMY: Final = "anatomy"
+_BRAIN_SHA256: Final = "brain_sha256"
+_OF_THE_RUN: Final = (_VERSIONS, _RUN_ID, _ANATOMY, _BRAIN_SHA256)
 """What `config.json` holds besides the settings."""
 
 
@@ -63,6 +67,16 @@ class Run(NamedTuple):
         """The versions that the run began with (see `package_versions`)."""
         versions = self.content.get(_VERSIONS)
         return versions if isinstance(versions, dict) else {}
+
+    @property
+    def anatomy(self) -> Anatomy | None:
+        """The populations and projections of its brain; None for a brain without neurons."""
+        return read_anatomy(self.content.get(_ANATOMY))
+
+    @property
+    def brain_sha256(self) -> str | None:
+        """The SHA-256 of the file that a brain of the user's own is in."""
+        return self.content.get(_BRAIN_SHA256)
 
     def file(self, name: str) -> Path:
         """Return the path of one of the run's files (see `scla_mj.paths`)."""
@@ -106,14 +120,29 @@ def refuse_run(path: Path) -> None:
         raise SclaError(f"{path} already holds a run ({present[0]} is there): choose another RUN or move that one away")
 
 
-def create(path: Path, config: RunConfig) -> Run:
+def create(
+    path: Path,
+    config: RunConfig,
+    anatomy: Anatomy | None = None,
+    *,
+    brain_sha256: str | None = None,
+    brain_versions: Mapping[str, str] = MappingProxyType({}),
+) -> Run:
     """Begin a run in a folder by writing its `config.json`, whole or not at all.
+
+    `anatomy` is its brain's. Of a brain of the user's own: the digest of its file, and the packages that it imports.
 
     Raises:
         SclaError: the folder holds a run already, or cannot be written to.
     """
     refuse_run(path)
-    content = {**dataclasses.asdict(config), _VERSIONS: package_versions(), _RUN_ID: uuid.uuid4().hex}
+    content = {
+        **dataclasses.asdict(config),
+        _ANATOMY: None if anatomy is None else anatomy.content(),
+        _BRAIN_SHA256: brain_sha256,
+        _VERSIONS: package_versions() | dict(brain_versions),
+        _RUN_ID: uuid.uuid4().hex,
+    }
     write_json(path / paths.CONFIG_JSON, content, taken=f"{path} is in use by another run: choose another RUN")
     return Run(path, config, json.loads(json.dumps(content)))
 
@@ -140,7 +169,9 @@ def open_run(path: Path | str) -> Run:
     content = read_json(file)
     config = validated(RunConfig, _settings(content), spell=spelling(file), complete=True)
     try:
-        return Run(path, check(config).config, content)
+        run = Run(path, check(config).config, content)
+        _ = run.anatomy
+        return run
     except SclaError as error:
         raise SclaError(f"{file}: {error}") from error
 

@@ -6,7 +6,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from scla_mj.anatomy import PROJECTION_NAMES
 from scla_mj.signals import DecisionRecord, WeightCurve
 
 CAPACITY: Final = 2048
@@ -21,7 +20,7 @@ class WeightHistory:
     def __init__(self, capacity: int = CAPACITY, stride: int = FIRST_STRIDE) -> None:
         self._decision = np.zeros(capacity, dtype=np.int64)
         self._time_s = np.zeros(capacity)
-        self._means = np.zeros((capacity, len(PROJECTION_NAMES)))
+        self._means = np.zeros((capacity, 0))
         self._seen = self._kept = 0
         self._stride = stride
 
@@ -34,8 +33,9 @@ class WeightHistory:
         """Count a decision, and take the mean weights at its end if it is due; a brain without synapses has none."""
         due = self.is_due
         self._seen += 1
-        if not due or record.activity is None:
+        if not due or record.activity is None or not len(record.activity.mean_weights):
             return
+        self._make_room_for(len(record.activity.mean_weights))
         if self._kept == len(self._decision):
             self._thin()
             if (self._seen - 1) % self._stride:
@@ -59,8 +59,13 @@ class WeightHistory:
         self._kept = len(state["decision"])
         self._decision[: self._kept] = state["decision"]
         self._time_s[: self._kept] = state["time_s"]
+        self._make_room_for(state["mean_weights"].shape[1])
         self._means[: self._kept] = state["mean_weights"]
         self._seen, self._stride = state["seen"], state["stride"]
+
+    def _make_room_for(self, projections: int) -> None:
+        if self._means.shape[1] != projections:
+            self._means = np.zeros((len(self._means), projections))
 
     def _thin(self) -> None:
         half = (self._kept + 1) // 2

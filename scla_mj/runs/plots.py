@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from scla_mj.anatomy import PROJECTION_NAMES, Projection
 from scla_mj.grid import Grid
 from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.atomic import replacing
@@ -55,8 +57,10 @@ def plot_epochs(folder: Path, summary: Summary) -> None:
         _write(figure, folder / EPOCHS_PNG, "Hits per epoch", summary)
 
 
-def plot_weights(folder: Path, curve: WeightCurve, summary: Summary) -> None:
-    """Write `weights.png`: the 8 mean weights over simulated time (the paper's Figure 3); `summary` names the run.
+def plot_weights(folder: Path, curve: WeightCurve, projections: Sequence[Projection], summary: Summary) -> None:
+    """Write `weights.png`: each projection's mean weight over simulated time (the paper's Figure 3).
+
+    `summary` names the run.
 
     Raises:
         SclaError: the folder cannot be written to.
@@ -64,14 +68,11 @@ def plot_weights(folder: Path, curve: WeightCurve, summary: Summary) -> None:
     with canvas(7.0, 4.2) as (figure, grid):
         axes: Axes = grid[0, 0]
         unit, seconds = _time_unit(float(curve.time_s[-1]) if len(curve.time_s) else 0.0)
-        draw_weights(axes, curve.time_s / seconds, curve.mean_weights)
+        draw_weights(axes, curve.time_s / seconds, curve.mean_weights, projections=projections)
         axes.set_xlabel(f"simulated time ({unit})")
-        _write(
-            figure,
-            folder / WEIGHTS_PNG,
-            "Mean weights: solid where sensor and motor agree, dashed where they are opposite",
-            summary,
-        )
+        papers = tuple(projection.name for projection in projections) == PROJECTION_NAMES
+        agree = ": solid where sensor and motor agree, dashed where they are opposite" if papers else ""
+        _write(figure, folder / WEIGHTS_PNG, f"Mean weights{agree}", summary)
 
 
 def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], summary: Summary) -> None:

@@ -7,12 +7,18 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+import struct
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
 import pyarrow as pa
 
+_PREFIX: Final = struct.Struct("<4si")
+"""A stream begins with a mark and the number of bytes of its schema."""
+_CONTINUES: Final = b"\xff\xff\xff\xff"
+_LEAST_HEADER: Final = 256
+"""That of fewer columns than any of our tables has."""
 _DIGEST: Final = b"sha256"
 """The key of a batch's digest in its custom metadata."""
 _SECTOR_BYTES: Final = 512
@@ -31,19 +37,32 @@ def message(batch: pa.RecordBatch) -> bytes:
     return bytes(memoryview(sink.getvalue())[len(header(batch.schema)) :])
 
 
-def whole_batches(path: Path, schema: pa.Schema) -> Iterator[pa.RecordBatch]:
-    """Yield the batches of a stream; one that a kill cut short ends it.
+def columns_of(path: Path) -> pa.Schema | None:
+    """Return the columns of a stream; None where a kill cut its header short.
+
+    Raises:
+        OSError: the file cannot be read.
+        pyarrow.ArrowInvalid: it is no stream.
+    """
+    with path.open("rb") as file:
+        if _is_cut_header(file.read(_PREFIX.size), path.stat().st_size):
+            return None
+        file.seek(0)
+        return pa.ipc.open_stream(file).schema
+
+
+def whole_batches(path: Path, is_ours: Callable[[pa.Schema], bool]) -> Iterator[pa.RecordBatch]:
+    """Yield the batches of a stream with columns that `is_ours` knows; one that a kill cut short ends it.
 
     Raises:
         OSError: the file cannot be read.
         pyarrow.ArrowInvalid: it holds other columns, or is damaged before its end.
     """
+    if columns_of(path) is None:
+        return
     with path.open("rb") as file:
-        if _is_cut_header(file.read(len(header(schema))), schema):
-            return
-        file.seek(0)
         stream = pa.ipc.open_stream(file)
-        if not stream.schema.equals(schema):
+        if not is_ours(stream.schema):
             raise pa.ArrowInvalid("it holds other columns")
         while True:
             start = file.tell()
@@ -68,11 +87,16 @@ def _ends_in_zeros(path: Path) -> bool:
         return not any(file.read())
 
 
-def _is_cut_header(start: bytes, schema: pa.Schema) -> bool:
+def _is_cut_header(start: bytes, size_bytes: int) -> bool:
     """Return whether a run was killed before even the stream's header was on disk."""
-    whole = header(schema)
-    return len(start) < len(whole) and whole.startswith(start)
+    if len(start) < _PREFIX.size:
+        return _CONTINUES.startswith(start[:4])
+    mark, header_bytes = _PREFIX.unpack(start)
+    return bool(mark == _CONTINUES and header_bytes >= _LEAST_HEADER and size_bytes < _PREFIX.size + header_bytes)
 
 
 def _digest(batch: pa.RecordBatch) -> bytes:
-    return hashlib.sha256(batch.serialize()).hexdigest().encode()
+    """Return the digest of a batch and of its columns' names: those of spikes are the brain's own."""
+    found = hashlib.sha256(header(batch.schema))
+    found.update(batch.serialize())
+    return found.hexdigest().encode()

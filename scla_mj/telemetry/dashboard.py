@@ -23,15 +23,16 @@ def build_dashboard(panels: Iterable[Panel]) -> rrb.Blueprint:
     top, top_shares = at(Place.TOP)
     middle, middle_shares = at(Place.MIDDLE)
     tabs, _ = at(Place.TABS)
+    rows = [
+        (4, rrb.Horizontal(*top, column_shares=top_shares)),
+        (3, rrb.Horizontal(*middle, column_shares=middle_shares)),  # a brain without neurons has nothing there
+        (4, rrb.Tabs(*tabs, active_tab=0)),
+    ]
+    shown = [(share, row) for share, row in rows if row.contents]
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(*left, row_shares=left_shares),
-            rrb.Vertical(
-                rrb.Horizontal(*top, column_shares=top_shares),
-                rrb.Horizontal(*middle, column_shares=middle_shares),
-                rrb.Tabs(*tabs, active_tab=0),
-                row_shares=[4, 3, 4],
-            ),
+            rrb.Vertical(*(row for _, row in shown), row_shares=[share for share, _ in shown]),
             column_shares=[1, 1],
         ),
         rrb.TimePanel(state="collapsed", timeline=names.SIM_TIME, play_state="playing"),

@@ -40,6 +40,9 @@ PROPERTIES: Final = "scla"
 FIRST_DECISION: Final = "first_decision"
 """Among it: the first decision that a file holds, counted over the run. A resumed run's next part begins above 1."""
 
+ANATOMY: Final = "anatomy"
+"""Among it: the brain's populations and projections as JSON, which the entities below `brain` are named after."""
+
 SCALARS: Final = "Scalars:scalars"
 POINTS: Final = "Points2D:positions"
 CENTRES: Final = "Boxes2D:centers"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ from typing import Any, Final
 
 import rerun as rr
 
+from scla_mj.anatomy import Anatomy
 from scla_mj.checked import CheckedConfig
 from scla_mj.environment import hidden
 from scla_mj.errors import SclaError
@@ -40,6 +42,7 @@ class RerunRecorder:
     Args:
         path: the file to write; it must not exist yet.
         checked: the run's configuration; telemetry "full" keeps every spike, else the thinking windows' are kept.
+        anatomy: the brain's, which entities are named after; None for a brain without neurons.
         model: the compiled `mujoco.MjModel` to draw.
         run_id: the recording's identity; a resumed run's next part carries the same one.
         first_decision: the first one that the file will hold, counted over the run: above 1 for a later part.
@@ -54,12 +57,13 @@ class RerunRecorder:
         path: Path,
         checked: CheckedConfig,
         *,
+        anatomy: Anatomy | None,
         model: Any,
         run_id: str,
         first_decision: int = 1,
         views: Sequence[type[View]] = VIEWS,
     ) -> None:
-        self._path, self._run = Path(path), RecordedRun(checked, model)
+        self._path, self._run = Path(path), RecordedRun(checked, model, anatomy)
         with hidden("RERUN", "_RERUN"):  # which switch a recording off, or send it elsewhere
             self._stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
         self._views = [view(self._stream, self._run) for view in views]
@@ -82,7 +86,7 @@ class RerunRecorder:
             for view in self._views:
                 view.move_target()
         self._decision, self._end_s, self._run.epoch = self._decision + 1, end_time_s(record), record.epoch
-        code, thinks = names.OUTCOME_CODES[record.move.outcome], record.activity is not None
+        code, thinks = names.OUTCOME_CODES[record.move.outcome], self._run.activity(record) is not None
         self._decisions.append((record.time_s, self._end_s, self._decision, record.epoch, record.hit, code, thinks))
         for view in self._views:
             view.add(record, self._decision)
@@ -225,4 +229,5 @@ def _properties(run: RecordedRun, first_decision: int) -> dict[str, str | float 
         "neural_step_ms": run.clock.neural_step_ms,
         "thinking_window_s": run.clock.thinking_window_s,
         names.FIRST_DECISION: first_decision,
+        names.ANATOMY: json.dumps(None if run.anatomy is None else run.anatomy.content()),
     }

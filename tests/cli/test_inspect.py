@@ -17,7 +17,10 @@ import pytest
 from scla_mj.cli.main import main
 from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.checkpoint import write_checkpoint
-from scla_mj.runs.decisions import SCHEMA, read_decisions
+from scla_mj.runs.decisions import read_decisions, schema
+
+MOTORS = ("MU", "MD", "ML", "MR")
+SCHEMA = schema(MOTORS)
 
 OPTIONS = ["--epochs", "3", "--decisions", "12", "--brain", "automaton", "--task.jump-epoch", "3"]
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from scla_mj.anatomy import NEURON_COUNT
+from scla_mj.anatomy import NEURON_COUNT, PAPER_ANATOMY
 from scla_mj.brain.base import Brain
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.checked import check
@@ -25,6 +25,8 @@ HERE = Percept(Cell(1, 1), None)
 
 class Answering(Brain):
     """Gives the answers that it was made with."""
+
+    anatomy = PAPER_ANATOMY
 
     def __init__(self, decision=None, activity=None, snapshot=None):
         self.answers = decision, activity, snapshot

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scla_mj.anatomy import PAPER_ANATOMY
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.engine.account import Account
@@ -48,7 +49,7 @@ def write_runs(out: Path, experiment: Experiment, skill: Skill, *, decisions: in
                 log.write(record)
                 account.add(record, 3600.0)
         write_summary(run.path, dataclasses.replace(account.summary(), wall_s=30.0))
-        write_brain(run.path, snapshot(config, skill))
+        write_brain(run.path, snapshot(config, skill), anatomy=PAPER_ANATOMY)
 
 
 def records(config: RunConfig, skill: Skill) -> Iterator[DecisionRecord]:

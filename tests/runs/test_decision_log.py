@@ -5,19 +5,22 @@ import pytest
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
-from scla_mj.runs.decisions import SCHEMA, DecisionLog, read_decisions, take_back
+from scla_mj.runs.decisions import DecisionLog, read_decisions, schema, take_back
 from scla_mj.runs.stream import header
+
+MOTORS = ("MU", "MD", "ML", "MR")
+SCHEMA = schema(MOTORS)
 
 
 def write_all(folder, records, **options):
-    with DecisionLog(folder, **options) as log:
+    with DecisionLog(folder, MOTORS, **options) as log:
         for record in records:
             log.write(record)
 
 
 def leave_open(folder, records, every):
     """Leave the stream of a killed run, in batches of `every` decisions."""
-    with DecisionLog(folder) as log:
+    with DecisionLog(folder, MOTORS) as log:
         for number, record in enumerate(records, 1):
             log.write(record)
             if number % every == 0:
@@ -71,7 +74,7 @@ def test_a_log_that_was_taken_back_and_continued_has_the_same_bytes(tmp_path, wa
         write_all(tmp_path / "cut", records[:720])
     else:
         leave_open(tmp_path / "cut", records[:720], 100)
-    take_back(tmp_path / "cut", kept)
+    take_back(tmp_path / "cut", kept, MOTORS)
     assert [path.name for path in (tmp_path / "cut").iterdir()] == [DECISIONS_PARTIAL]
     assert read_decisions(tmp_path / "cut").equals(pa.table(read_decisions(tmp_path / "whole").slice(0, kept)))
     write_all(tmp_path / "cut", records[kept:], resumed=True)
@@ -82,18 +85,18 @@ def test_a_log_that_was_taken_back_and_continued_has_the_same_bytes(tmp_path, wa
 def test_what_lies_after_the_kept_decisions_need_not_be_sound(stream):
     sound = stream.read_bytes()
     stream.write_bytes(sound[:-200] + b"\xff" * 200)
-    take_back(stream.parent, 16)
+    take_back(stream.parent, 16, MOTORS)
     assert read_decisions(stream.parent).num_rows == 16
 
 
 def test_a_log_shorter_than_its_checkpoint_is_refused_and_left_as_it_is(stream):
     sound = stream.read_bytes()
     with pytest.raises(SclaError, match="it holds 20 of 21 decisions"):
-        take_back(stream.parent, 21)
+        take_back(stream.parent, 21, MOTORS)
     assert stream.read_bytes() == sound
     stream.unlink()
     with pytest.raises(SclaError, match="does not exist"):
-        take_back(stream.parent, 1)
+        take_back(stream.parent, 1, MOTORS)
 
 
 def test_a_stream_without_digests_is_not_taken_for_ours(tmp_path):

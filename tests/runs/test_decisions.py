@@ -14,9 +14,11 @@ import pytest
 
 from scla_mj.errors import SclaError
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
-from scla_mj.runs.decisions import BATCH_ROWS, SCHEMA, DecisionLog, read_decisions
+from scla_mj.runs.decisions import BATCH_ROWS, DecisionLog, read_decisions, schema
 
 HERE = str(Path(__file__).parent)
+MOTORS = ("MU", "MD", "ML", "MR")
+SCHEMA = schema(MOTORS)
 COLUMNS = (
     "epoch decision time_s x y sensed advised action to_x to_y outcome hit duration_s position_error_m "
     "heading_error_rad spikes_MU spikes_MD spikes_ML spikes_MR executed"
@@ -24,7 +26,7 @@ COLUMNS = (
 
 
 def write_all(folder, records):
-    with DecisionLog(folder) as log:
+    with DecisionLog(folder, MOTORS) as log:
         for record in records:
             log.write(record)
 
@@ -58,15 +60,29 @@ def test_directions_are_words_and_an_absent_one_is_none(tmp_path, walk):
     assert not set(table["outcome"].unique().to_pylist()) - {"moved", "blocked", "failed"}
 
 
-def test_a_brain_without_neurons_has_null_spike_counts(tmp_path, walk):
+def test_a_brain_without_motor_populations_has_no_columns_of_spikes(tmp_path, walk):
+    with DecisionLog(tmp_path) as log:
+        for record in walk(1, 10, spiking=False):
+            log.write(record)
+    assert read_decisions(tmp_path).column_names == [name for name in COLUMNS.split() if "spikes" not in name]
+
+
+def test_a_brain_that_counts_no_spikes_this_time_has_nulls(tmp_path, walk):
     write_all(tmp_path, walk(1, 10, spiking=False))
     assert read_decisions(tmp_path)["spikes_MU"].null_count == 10
+
+
+def test_columns_of_spikes_are_named_after_the_brains_own_motor_populations(tmp_path, walk):
+    with DecisionLog(tmp_path, ("left", "right")) as log:
+        for record in walk(1, 10):
+            log.write(record._replace(chosen=record.chosen._replace(motor_spikes=(3, 4))))
+    assert read_decisions(tmp_path)["spikes_right"].to_pylist() == [4] * 10
 
 
 def test_the_same_decisions_give_the_same_bytes_however_they_were_batched(tmp_path, walk):
     for name, every in (("a", 10**9), ("b", 7)):
         (tmp_path / name).mkdir()
-        with DecisionLog(tmp_path / name) as log:
+        with DecisionLog(tmp_path / name, MOTORS) as log:
             for number, record in enumerate(walk(2, 400)):
                 log.write(record)
                 if number % every == 0:
@@ -76,12 +92,12 @@ def test_the_same_decisions_give_the_same_bytes_however_they_were_batched(tmp_pa
 
 
 def test_a_run_without_a_decision_still_has_a_table(tmp_path):
-    DecisionLog(tmp_path).close()
+    DecisionLog(tmp_path, MOTORS).close()
     assert read_decisions(tmp_path).num_rows == 0
 
 
 def test_closing_leaves_the_table_alone_in_the_folder_and_closing_twice_is_harmless(tmp_path, walk):
-    log = DecisionLog(tmp_path)
+    log = DecisionLog(tmp_path, MOTORS)
     for record in walk(1, 3):
         log.write(record)
     log.close()
@@ -103,8 +119,8 @@ KILLED = """
 import sys; sys.path.insert(0, sys.argv[2])
 from pathlib import Path
 from conftest import walk
-from scla_mj.runs.decisions import DecisionLog
-log = DecisionLog(Path(sys.argv[1]))
+from scla_mj.runs.decisions import DecisionLog, schema
+log = DecisionLog(Path(sys.argv[1]), ("MU", "MD", "ML", "MR"))
 for number, record in enumerate(walk(2, 600)):
     log.write(record)
     if number == 1109:
@@ -127,7 +143,7 @@ def test_a_run_killed_outright_is_read_up_to_its_last_whole_batch(tmp_path, walk
 
 
 def test_a_stream_cut_anywhere_is_read_up_to_its_last_whole_batch(tmp_path, walk):
-    log = DecisionLog(tmp_path)
+    log = DecisionLog(tmp_path, MOTORS)
     ends = [(tmp_path / DECISIONS_PARTIAL).stat().st_size]
     for record in walk(1, 12):
         log.write(record)
@@ -170,7 +186,8 @@ from pathlib import Path
 from conftest import walk
 from scla_mj.errors import SclaError
 from scla_mj.runs.decisions import DecisionLog
-log = DecisionLog(Path(sys.argv[1]))
+
+log = DecisionLog(Path(sys.argv[1]), ("MU", "MD", "ML", "MR"))
 resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
 try:
     for record in walk(2, 600):
@@ -212,12 +229,12 @@ def test_memory_does_not_grow_with_the_run(tmp_path, walk, monkeypatch):
 
 
 def test_two_runs_cannot_share_a_folder_and_a_finished_one_is_not_written_over(tmp_path, walk):
-    log = DecisionLog(tmp_path)
+    log = DecisionLog(tmp_path, MOTORS)
     with pytest.raises(SclaError, match="in use by another run"):
-        DecisionLog(tmp_path)
+        DecisionLog(tmp_path, MOTORS)
     log.close()
     with pytest.raises(SclaError, match="already holds the decisions"):
-        DecisionLog(tmp_path)
+        DecisionLog(tmp_path, MOTORS)
 
 
 def test_a_folder_without_decisions_is_named(tmp_path):

@@ -66,7 +66,7 @@ def test_weights_are_drawn_in_warm_colours_where_sensor_and_motor_agree(tmp_path
     time_s = np.linspace(0, 600, 50)
     means = np.array([[3.9 if projection.agrees else 0.3 for projection in PROJECTIONS]]) + np.zeros((50, 1))
     means += np.linspace(-0.25, 0.0, 8)
-    plot_weights(tmp_path, WeightCurve(np.arange(50), time_s, means), summary_of([400]))
+    plot_weights(tmp_path, WeightCurve(np.arange(50), time_s, means), PROJECTIONS, summary_of([400]))
     image = pixels(tmp_path / WEIGHTS_PNG)[:, : 5 * 150]  # left of the legend
     upper, lower = image[: image.shape[0] // 2], image[image.shape[0] // 2 :]
     for projection in PROJECTIONS:
@@ -109,7 +109,7 @@ def test_the_same_data_give_the_same_bytes(tmp_path):
 @pytest.mark.parametrize(("cells", "target"), [((2, 1), (1, 1)), ((1, 9), (1, 9)), ((30, 20), (7, 7))])
 def test_grids_of_any_shape_and_runs_of_no_length_are_drawn(tmp_path, cells, target):
     plot_policy(tmp_path, Grid(cells, Cell(*target), 0.3), np.full((*cells, 4), 0.25), summary_of([]))
-    plot_weights(tmp_path, WeightCurve(np.zeros(0, int), np.zeros(0), np.zeros((0, 8))), summary_of([]))
+    plot_weights(tmp_path, WeightCurve(np.zeros(0, int), np.zeros(0), np.zeros((0, 8))), PROJECTIONS, summary_of([]))
     plot_epochs(tmp_path, summary_of([]))
     assert {path.name for path in tmp_path.iterdir()} == {POLICY_PNG, WEIGHTS_PNG, EPOCHS_PNG}
 

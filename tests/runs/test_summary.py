@@ -44,7 +44,7 @@ def test_the_file_has_exactly_the_documented_keys(tmp_path, walk):
 
 def test_the_counts_are_those_of_the_decisions_table(tmp_path, walk):
     records = list(walk(3, 700))
-    with DecisionLog(tmp_path) as log:
+    with DecisionLog(tmp_path, ("MU", "MD", "ML", "MR")) as log:
         for record in records:
             log.write(record)
     table, summary = read_decisions(tmp_path), tallied(records)

@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, PROJECTIONS
+from scla_mj.anatomy import NEURON_COUNT, NEURONS_PER_SIDE, PAPER_ANATOMY, PROJECTIONS
 from scla_mj.checked import check
 from scla_mj.config import RunConfig, TaskConfig, Telemetry
 from scla_mj.grid import Action, Cell, Grid
@@ -66,7 +66,7 @@ def open_recorder(
     """Open the recording of a run that has no robot but that of `MODEL_XML`."""
     checked = check(dataclasses.replace(config or RunConfig(seed=7), telemetry=mode))
     model = mujoco.MjModel.from_xml_string(MODEL_XML)
-    return Recorder(path, checked, model=model, run_id=run_id, first_decision=first)
+    return Recorder(path, checked, anatomy=PAPER_ANATOMY, model=model, run_id=run_id, first_decision=first)
 
 
 def open_part(folder: Path, number: int, mode: Telemetry, *, seed: int = 7, **more: Any) -> Recorder:

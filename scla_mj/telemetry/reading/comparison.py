@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import PROJECTION_NAMES
+from scla_mj.anatomy import Anatomy
 from scla_mj.paths import BRAIN_NPZ, CONFIG_JSON, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.signals import Outcome, Snapshot
 from scla_mj.telemetry.reading.reader import Inspection
@@ -26,9 +26,10 @@ _SETTINGS: Final = ("protocol", "seed", "telemetry", "cells", "target", "cell_si
 class RunFiles(NamedTuple):
     """What the run's other files say, as plain values; None for a file that is not to be compared.
 
-    `config` has seed, protocol, telemetry, cells, target, cell_size_m, thinking_window_s and jump, an epoch and a cell
-    or None. `decisions` has `epochs`, `transitions`, `max_position_error_m` and `simulated_s` as `summary` has them,
-    counted from the rows of decisions.parquet. `summary` is the content of summary.json, `brain` that of brain.npz.
+    `config` has seed, protocol, telemetry, cells, target, cell_size_m, thinking_window_s, jump, an epoch and a cell
+    or None, and the brain's anatomy. `decisions` has `epochs`, `transitions`, `max_position_error_m` and `simulated_s`
+    as `summary` has them, counted from the rows of decisions.parquet, and the `spikes` of each motor population.
+    `summary` is the content of summary.json, `brain` that of brain.npz.
     """
 
     config: Mapping[str, Any] | None = None
@@ -60,8 +61,12 @@ def compare(inspection: Inspection | None, files: RunFiles) -> list[Comparison]:
         rows += _compare_settings(CONFIG_JSON, reference, files.config)
         if inspection is not None:
             rows.append(_compare_jump(inspection, files.config["jump"]))
+            if "anatomy" in files.config:
+                rows.append(_compare_anatomy(inspection.anatomy, files.config["anatomy"]))
     if files.decisions is not None:
         rows += _compare_counts(DECISIONS_PARQUET, reference, files.decisions)
+        if inspection is not None:
+            rows += _compare_spikes(inspection, files.decisions["spikes"])
     if inspection is not None and files.summary is not None:
         rows += _compare_summary(inspection, reference, files.summary)
     if inspection is not None and files.brain is not None:
@@ -116,6 +121,24 @@ def _compare_jump(inspection: Inspection, jump: Any) -> Comparison:
     return _row(CONFIG_JSON, "jump of the target: epoch, x, y", recorded, run)
 
 
+def _compare_anatomy(recorded: Anatomy | None, run: Anatomy | None) -> Comparison:
+    def text(anatomy: Anatomy | None) -> str:
+        return "no neurons" if anatomy is None else f"{anatomy.neurons} neurons in {len(anatomy.populations)}"
+
+    return Comparison(CONFIG_JSON, "anatomy: neurons in populations", text(recorded), text(run), recorded == run)
+
+
+def _compare_spikes(inspection: Inspection, run: Mapping[str, int]) -> list[Comparison]:
+    """Compare the motor populations' spikes; a brain that showed its activity now and then only is not compared."""
+    recorded, rows = {own.name: own for own in inspection.populations}, []
+    for name, spikes in run.items():
+        own = recorded.get(name)
+        if own is None or own.decisions == inspection.decisions:
+            found = None if own is None else own.thinking_spikes
+            rows.append(_row(DECISIONS_PARQUET, f"spikes {name} while thinking", found, spikes))
+    return rows
+
+
 def _compare_summary(
     inspection: Inspection, reference: Mapping[str, Any], summary: Mapping[str, Any]
 ) -> list[Comparison]:
@@ -150,11 +173,14 @@ def _compare_epochs(file: str, reference: list[Mapping[str, Any]], run: list[Map
 
 def _compare_brain(inspection: Inspection, brain: Snapshot) -> list[Comparison]:
     rows = []
-    for number, name in enumerate(PROJECTION_NAMES if brain.weights is not None and inspection.last_weights else ()):
-        assert brain.weights is not None
-        recorded, run = inspection.last_weights[name], float(brain.weights[number].mean(dtype=float))
+    weights = {} if inspection.anatomy is None else inspection.anatomy.by_projection(brain.weights)
+    for name in weights if inspection.last_weights else ():
+        recorded, run = inspection.last_weights[name], float(weights[name].mean(dtype=float))
         rows.append(_row(BRAIN_NPZ, f"last mean weight {name}", recorded, run, _MEAN_TOLERANCE))
-    rows.append(_same_array("last weight matrices", inspection.weights, brain.weights))
+    rows += [
+        _same_array(f"last weights {name}", inspection.weights.get(name), weights.get(name))
+        for name in dict.fromkeys([*weights, *inspection.weights])
+    ]
     rows.append(_same_array("last action probabilities", inspection.probabilities, brain.probabilities))
     return rows
 

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import POPULATIONS, PROJECTION_NAMES, Population
+from scla_mj.anatomy import Anatomy, Population
 from scla_mj.errors import SclaError
 from scla_mj.signals import Outcome
 from scla_mj.telemetry import names
@@ -26,9 +26,10 @@ class Jump(NamedTuple):
 
 
 class PopulationActivity(NamedTuple):
-    """A population's spikes and mean rate per neuron; over the whole run only if the recording is full."""
+    """A population's spikes in so many decisions, and mean rate per neuron; over the whole run only if all are kept."""
 
     name: str
+    decisions: int
     thinking_spikes: int
     thinking_rate_hz: float
     whole_spikes: int | None
@@ -40,7 +41,8 @@ class Inspection(NamedTuple):
 
     `parts` are its files: a resumed run adds one. `properties` holds what was written once, such as protocol, seed and
     ceiling. `finished` is False for a killed run's recording. `max_position_error_m` leaves out robots that fell.
-    `weights` is (8, 100, 100), `probabilities` (W, H, 4), each as last recorded, or None.
+    `weights` has an array for each projection, {} if there are none, `probabilities` is (W, H, 4) or None, each as last
+    recorded. `anatomy` is the brain's, None without neurons.
     """
 
     parts: tuple[Path, ...]
@@ -56,10 +58,11 @@ class Inspection(NamedTuple):
     populations: tuple[PopulationActivity, ...]
     first_weights: dict[str, float]
     last_weights: dict[str, float]
-    weights: NDArray[Any] | None
+    weights: dict[str, NDArray[Any]]
     probabilities: NDArray[Any] | None
     jumps: tuple[Jump, ...]
     """Where the target went, in order."""
+    anatomy: Anatomy | None = None
 
     @property
     def decisions(self) -> int:
@@ -96,11 +99,13 @@ class _Gathered:
     """Sums of what is long, spikes and poses; of the rest the rows themselves, some hundred bytes per decision."""
 
     def __init__(self, parts: list[Part]) -> None:
-        self._parts, self._properties = parts, parts[0].properties
+        self._parts, self._properties, self._anatomy = parts, parts[0].properties, parts[0].anatomy
+        self._populations = () if self._anatomy is None else self._anatomy.populations
+        self._projections = () if self._anatomy is None else self._anatomy.projection_names
         self._full = self._properties["telemetry"] == "full"
         self._path_m, self._poses = 0.0, 0
         self._window_ends: dict[int, float] = {}
-        self._spikes = {population.name: [0, 0, 0] for population in POPULATIONS}
+        self._spikes = {population.name: [0, 0, 0] for population in self._populations}
         self._tensors: dict[str, Chunk] = {}
         self._chunks: defaultdict[str, list[Chunk]] = defaultdict(list)
 
@@ -135,10 +140,9 @@ class _Gathered:
         hits = join(self._chunks[names.HIT], names.SCALARS)
         codes = join(self._chunks[names.OUTCOME], names.SCALARS).values
         errors_m = join(self._chunks[names.POSITION_ERROR_M], names.SCALARS).values
-        curves = {name: self._chunks[f"{names.WEIGHTS}/{name}"] for name in PROJECTION_NAMES}
+        curves = {name: self._chunks[f"{names.WEIGHTS}/{name}"] for name in self._projections}
         weights = {name: join(chunks, names.SCALARS).values for name, chunks in curves.items() if chunks}
-        found = (self._tensor(f"{names.WEIGHT_MATRIX}/{name}") for name in PROJECTION_NAMES)
-        matrices = [matrix for matrix in found if matrix is not None]
+        found = {name: self._tensor(f"{names.WEIGHT_MATRIX}/{name}") for name in self._projections}
         decisions, end_s = len(hits.decision), float(hits.time_s.max(initial=0.0))
         expected = int(np.ptp(hits.decision)) + 1 if decisions else 0
         finished, path = self._parts[-1].file.finished, self._parts[0].file.path
@@ -155,12 +159,13 @@ class _Gathered:
             simulated_s=end_s,
             poses=self._poses,
             path_length_m=self._path_m,
-            populations=tuple(self._population(population, end_s) for population in POPULATIONS),
+            populations=tuple(self._population(population, end_s) for population in self._populations),
             first_weights={name: float(means[0]) for name, means in weights.items()},
             last_weights={name: float(means[-1]) for name, means in weights.items()},
-            weights=np.stack(matrices) if len(matrices) == len(PROJECTION_NAMES) else None,
+            weights={name: matrix for name, matrix in found.items() if matrix is not None},
             probabilities=self._tensor(names.PROBABILITIES),
             jumps=self._jumps(),
+            anatomy=self._anatomy,
         )
 
     def _epochs(self, hits: Rows) -> tuple[EpochCount, ...]:
@@ -186,9 +191,9 @@ class _Gathered:
         window_s = decisions * self._properties["thinking_window_s"]
         rate_hz = thinking / (population.size * window_s) if decisions else 0.0
         if not self._full:
-            return PopulationActivity(population.name, thinking, rate_hz, None, None)
+            return PopulationActivity(population.name, decisions, thinking, rate_hz, None, None)
         whole_hz = whole / (population.size * end_s) if end_s else 0.0
-        return PopulationActivity(population.name, thinking, rate_hz, whole, whole_hz)
+        return PopulationActivity(population.name, decisions, thinking, rate_hz, whole, whole_hz)
 
     def _take_spikes(self, chunk: Chunk) -> None:
         lengths = chunk.lengths(names.POINTS)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from scla_mj.anatomy import Anatomy, read_anatomy
 from scla_mj.errors import SclaError
 from scla_mj.telemetry import names
 from scla_mj.telemetry.reading.chunks import Chunk, EmptyRecordingError, RecordingFile, faults_named, open_recording
@@ -18,6 +20,11 @@ class Part(NamedTuple):
     file: RecordingFile
     properties: dict[str, Any]
     end: int | None = None
+
+    @property
+    def anatomy(self) -> Anatomy | None:
+        """The populations and projections that its entities are named after; None for a brain without neurons."""
+        return read_anatomy(json.loads(self.properties.get(names.ANATOMY, "null")))
 
     def chunks(self, content: list[str]) -> Iterator[Chunk]:
         """Yield the chunks of the entities that match, without the decisions that a later part holds."""

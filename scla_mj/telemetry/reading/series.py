@@ -10,14 +10,13 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import POPULATION_NAMES, PROJECTION_NAMES
 from scla_mj.errors import SclaError
 from scla_mj.signals import WeightCurve
 from scla_mj.telemetry import names
 from scla_mj.telemetry.reading.chunks import Chunk, faults_named, join
 from scla_mj.telemetry.reading.recording_parts import Part, open_parts
 
-_NO_SPIKES: Final = (np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, "<U2"))
+_NO_SPIKES: Final = (np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, "<U1"))
 """The decision of each, where along the raster, its neuron and population."""
 
 
@@ -48,13 +47,16 @@ def decision_spikes(parts: Sequence[Path], decision: int | None = None) -> Decis
         SclaError: the recording is damaged, has no such decision, or that decision's brain has no neurons.
     """
     windows, found, step_ms = [np.zeros((0, 3))], [_NO_SPIKES], 1.0
+    populations: tuple[str, ...] | None = None
     for part, chunk in _rows(parts, [f"/{names.SPIKES}/**"], decision):
-        step_ms = float(part.properties["neural_step_ms"])
+        if populations is None:
+            step_ms = float(part.properties["neural_step_ms"])
+            populations = () if part.anatomy is None else part.anatomy.population_names
         name = chunk.entity.rpartition("/")[2]
         if chunk.entity == names.WINDOWS:
             origin_ms = chunk.values(names.CENTRES)[:, 0] - chunk.values(names.HALF_SIZES)[:, 0]
             windows.append(np.column_stack([chunk.decision, origin_ms, chunk.time_s]))
-        elif name in POPULATION_NAMES and chunk.has(names.POINTS):
+        elif name in populations and chunk.has(names.POINTS):
             points = chunk.values(names.POINTS).astype(float)
             of = np.repeat(chunk.decision, chunk.lengths(names.POINTS))
             found.append((of, *points.T, np.full(len(points), name)))
@@ -94,11 +96,13 @@ def weight_curve(parts: Sequence[Path]) -> WeightCurve | None:
     Raises:
         SclaError: the recording is damaged.
     """
-    chunks: dict[str, list[Chunk]] = {name: [] for name in PROJECTION_NAMES}
-    for _, chunk in _chunks(parts, [f"/{names.WEIGHTS}/**"]):
+    chunks: dict[str, list[Chunk]] = {}
+    for part, chunk in _chunks(parts, [f"/{names.WEIGHTS}/**"]):
+        if not chunks and part.anatomy is not None:
+            chunks = {name: [] for name in part.anatomy.projection_names}
         if chunk.has(names.SCALARS):
             chunks[chunk.entity.rpartition("/")[2]].append(chunk)
-    if not all(chunks.values()):
+    if not chunks or not all(chunks.values()):
         return None
     rows = [join(found, names.SCALARS) for found in chunks.values()]
     return WeightCurve(rows[0].decision, rows[0].time_s, np.column_stack([means.values for means in rows]))

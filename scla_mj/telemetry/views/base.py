@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from scla_mj.anatomy import NEURON_COUNT, POPULATIONS
+from scla_mj.anatomy import Anatomy, Population, Projection
 from scla_mj.checked import CheckedConfig
 from scla_mj.grid import Grid
 from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB
@@ -35,9 +35,6 @@ DECISION: Final = np.dtype(
 Rows = NDArray[np.void]
 """Rows of `DECISION`."""
 
-SIZES: Final = np.array([population.size for population in POPULATIONS])
-"""Neurons of each population."""
-_STARTS: Final = np.array([population.start for population in POPULATIONS])
 _COLOURS: Final = np.array([OUTCOME_COLOURS[outcome] for outcome in names.OUTCOME_CODES], np.uint8)
 
 _TIME: Final = TRAJECTORY_COLUMNS.index("time_s")
@@ -57,12 +54,17 @@ WHOLE_RUN: Final = rrb.TimeAxis(
 class RecordedRun:
     """What the views know of the run. `grid` and ceiling are those of its `epoch`, as the target may jump.
 
-    `model` is a compiled `mujoco.MjModel` to draw.
+    `model` is a compiled `mujoco.MjModel` to draw. A brain without neurons has the `anatomy` None, and no `populations`
+    and `projections`.
     """
 
-    def __init__(self, checked: CheckedConfig, model: Any) -> None:
+    def __init__(self, checked: CheckedConfig, model: Any, anatomy: Anatomy | None) -> None:
         self.checked, self.config, self.clock, self.model = checked, checked.config, checked.clock, model
-        self.epoch = 1
+        self.epoch, self.anatomy = 1, anatomy
+        self.populations: tuple[Population, ...] = () if anatomy is None else anatomy.populations
+        self.projections: tuple[Projection, ...] = () if anatomy is None else anatomy.projections
+        self.sizes = np.array([population.size for population in self.populations], np.int64)
+        self._starts = np.array([population.start for population in self.populations], np.int64)
 
     @property
     def grid(self) -> Grid:
@@ -73,6 +75,21 @@ class RecordedRun:
     def ceiling_hits_per_1000(self) -> float:
         """What the best policy earns in this epoch."""
         return self.checked.ceiling_hits_per_1000(self.epoch)
+
+    def activity(self, record: DecisionRecord) -> Activity | None:
+        """Return what the brain's neurons did, if it has any."""
+        return None if self.anatomy is None else record.activity
+
+    def count_spikes(self, activity: Activity) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return every population's spikes in the thinking window and in the whole decision."""
+        if activity.counts is not None:
+            return activity.counts
+        # By neuron, then by population: half the time of looking every spike's population up.
+        thinking, whole = (
+            np.add.reduceat(np.bincount(neuron, minlength=int(self.sizes.sum())), self._starts)
+            for neuron in (activity.spike_neuron[: activity.thinking_spikes], activity.spike_neuron)
+        )
+        return thinking, whole
 
 
 class EpochCount(NamedTuple):
@@ -194,18 +211,6 @@ def end_time_s(record: DecisionRecord) -> float:
     """Return when the decision's move ended, or when it began if nothing moved."""
     trajectory = record.move.trajectory
     return float(trajectory[-1, _TIME]) if len(trajectory) else record.time_s
-
-
-def count_spikes(activity: Activity) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return every population's spikes in the thinking window and in the whole decision."""
-    if activity.counts is not None:
-        return activity.counts
-    # By neuron, then by population: half the time of looking every spike's population up.
-    thinking, whole = (
-        np.add.reduceat(np.bincount(neuron, minlength=NEURON_COUNT), _STARTS)
-        for neuron in (activity.spike_neuron[: activity.thinking_spikes], activity.spike_neuron)
-    )
-    return thinking, whole
 
 
 def outcome_colours(rows: Rows) -> NDArray[np.uint8]:

@@ -9,7 +9,6 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import PROJECTION_NAMES
 from scla_mj.grid import Action, Grid
 from scla_mj.palette import ACTION_COLOURS
 from scla_mj.signals import Snapshot
@@ -32,23 +31,27 @@ class Learned(base.View):
         self._logged: dict[str, int] = {}
 
     def panels(self) -> list[base.Panel]:
-        """Return the weight matrices; the policy is drawn in the arena."""
+        """Return the weight matrices, if there are any; the policy is drawn in the arena."""
         mapping = rrb.TensorScalarMapping(colormap="inferno", mag_filter="nearest")
         matrices = [
             rrb.TensorView(origin=f"/{names.WEIGHT_MATRIX}/{name}", name=name, view_fit="fill", scalar_mapping=mapping)
-            for name in PROJECTION_NAMES
+            for name, _, _, shape, *_ in self.run.projections
+            if len(shape) > 1
         ]
+        if not matrices:
+            return []
         grid = rrb.Grid(*matrices, grid_columns=4, name="Weight matrices, last epoch's end")
         return [base.Panel(base.Place.TABS, grid, rank=1)]
 
     def remember(self, snapshot: Snapshot, decision: int) -> None:
         """Log each part once per decision, to the bit: nothing learns between a decision's end and the run's."""
         if snapshot.weights is not None and self._is_fresh("weights", decision):
-            for name, matrix in zip(PROJECTION_NAMES, snapshot.weights, strict=True):
-                tensor = rr.Tensor(
-                    matrix, dim_names=("sensor", "motor"), value_range=[0.0, self.run.config.network.weight_max]
-                )
-                self.stream.log(f"{names.WEIGHT_MATRIX}/{name}", tensor)
+            weights = {} if self.run.anatomy is None else self.run.anatomy.by_projection(snapshot.weights)
+            for projection in self.run.projections:
+                matrix, ends = weights[projection.name], (projection.source, projection.target)
+                dimensions = [*("block" for _ in matrix.shape[2:]), *ends][-matrix.ndim :]
+                tensor = rr.Tensor(matrix, dim_names=dimensions, value_range=projection.weight_range)
+                self.stream.log(f"{names.WEIGHT_MATRIX}/{projection.name}", tensor)
         if snapshot.probabilities is not None and self._is_fresh("probabilities", decision):
             tensor = rr.Tensor(snapshot.probabilities, dim_names=("x", "y", "action"), value_range=[0.0, 1.0])
             self.stream.log(names.PROBABILITIES, tensor)

@@ -7,6 +7,8 @@ windows into one strip; a full one runs with simulated time.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from os.path import commonpath
 from typing import Any, Final
 
 import numpy as np
@@ -14,8 +16,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import INHIBITORY, MOTOR, NEURON_COUNT, POPULATION_NAMES, POPULATIONS, SENSORY, Population
-from scla_mj.palette import BACKGROUND, POPULATION_COLOURS
+from scla_mj.anatomy import Population
+from scla_mj.palette import BACKGROUND, population_colours
 from scla_mj.signals import DecisionRecord
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
@@ -23,7 +25,6 @@ from scla_mj.telemetry.views import base
 _LABELS: Final = "brain/raster/labels"
 _MARGIN: Final = "brain/raster/margin"
 
-_POPULATION_OF: Final = np.repeat(np.arange(len(POPULATIONS), dtype=np.uint8), base.SIZES)
 _STRIP_LENGTH_MS: Final = 1_000_000.0
 """Where x starts again at 0: a float32 still resolves a sixteenth of a millisecond there."""
 _WINDOWS_SHOWN: Final = 13
@@ -34,13 +35,12 @@ _ASPECT: Final = 0.46
 _LABELS_SHARE: Final = 0.07
 """Room for the populations' names right of now, by the raster's width."""
 _LABEL_COLOUR: Final = (178, 184, 196)
-_LABEL_RISE: Final = 35.0
-"""Rerun draws a label below its point: by about this many neurons."""
-_BEYOND: Final = 3000.0
-"""Far beyond any view's edge."""
-
-_THOUGHT: Final = np.dtype([("counts", np.int64, (len(POPULATIONS),)), ("origin_ms", np.float64), ("poses", np.int64)])
-"""A decision with spikes: the kept ones by population, where along the raster it begins, and when it was posed."""
+_LABEL_RISE: Final = 0.035
+"""Rerun draws a label below its point: by about this share of the neurons."""
+_LABEL_ROOM: Final = 0.07
+"""Smaller populations, by the share of their neurons, have a label together with their neighbours of the same role."""
+_BEYOND: Final = 3.0
+"""Far beyond any view's edge, by the neurons or, if that is more, by 1000."""
 
 
 class Raster(base.View):
@@ -51,20 +51,26 @@ class Raster(base.View):
         self._light = run.config.telemetry == "light"
         self._window_ms = run.clock.thinking_steps * run.clock.neural_step_ms
         self._shown_ms = _WINDOWS_SHOWN * self._window_ms if self._light else _FULL_SHOWN_MS
-        self._thoughts, self._pose_s = self.gather(_THOUGHT), self.gather(np.float64)
+        self._neurons, populations = int(run.sizes.sum()), len(run.populations)
+        self._population_of = np.repeat(np.arange(populations, dtype=np.min_scalar_type(populations)), run.sizes)
+        # A decision with spikes: the kept ones by population, where along the raster it begins, and when it was posed.
+        thought = [("counts", np.int64, (populations,)), ("origin_ms", np.float64), ("poses", np.int64)]
+        self._thoughts, self._pose_s = self.gather(np.dtype(thought)), self.gather(np.float64)
         self._step, self._neuron = self.gather(np.int32), self.gather(np.int32)
         self._start_s: float | None = None
         self._next_ms = 0.0
 
     def panels(self) -> list[base.Panel]:
         """Return the last thinking windows side by side, or the last stretch of simulated time."""
+        if not self._neurons:
+            return []
         x_range = [-self._shown_ms, _LABELS_SHARE * self._shown_ms]
         height = _ASPECT * self._shown_ms
         what = f"last {_WINDOWS_SHOWN} thinking windows" if self._light else f"last {self._shown_ms:g} ms"
         panel = rrb.Spatial2DView(
             origin="/",
             contents=[f"/{names.SPIKES}/**", f"/{_LABELS}", f"/{_MARGIN}"],
-            name=f"Spikes of 1000 neurons, {what}",
+            name=f"Spikes of {self._neurons} neurons, {what}",
             visual_bounds=rrb.VisualBounds2D(x_range=x_range, y_range=[-0.02 * height, 1.02 * height]),
             time_ranges=base.last(_WINDOWS_SHOWN * 2.0 if self._light else 3.0),
             background=list(BACKGROUND),
@@ -73,21 +79,24 @@ class Raster(base.View):
 
     def log_static(self) -> None:
         """Log the colours and the labels, and cover what the robot has not lived through yet."""
-        for name in POPULATION_NAMES:
-            look = rr.Points2D.from_fields(colors=[POPULATION_COLOURS[name]], radii=[rr.Radius.ui_points(1.3)])
+        if not self._neurons:
+            return
+        for name, colour in population_colours(self.run.populations).items():
+            look = rr.Points2D.from_fields(colors=[colour], radii=[rr.Radius.ui_points(1.3)])
             self.stream.log(f"{names.SPIKES}/{name}", look, static=True)
-        scale = rr.Transform3D(scale=[1.0, _ASPECT * self._shown_ms / NEURON_COUNT, 1.0])
+        scale = rr.Transform3D(scale=[1.0, _ASPECT * self._shown_ms / self._neurons, 1.0])
         self.stream.log("brain", scale, static=True)
         self.stream.log(names.WINDOWS, rr.Boxes2D.from_fields(radii=[rr.Radius.ui_points(0.5)]), static=True)
         # The future lies right of x = 0; a full recording knows it at a decision's start.
         margin = np.full((1, 1, 3), BACKGROUND, np.uint8)
         self.stream.log(_MARGIN, rr.Image(margin, draw_order=50.0), static=True)
-        cover = rr.Transform3D(translation=[0.0, -_BEYOND, 0.0], scale=[_BEYOND, NEURON_COUNT + 2 * _BEYOND, 1.0])
+        beyond = _BEYOND * max(1000, self._neurons)
+        cover = rr.Transform3D(translation=[0.0, -beyond, 0.0], scale=[beyond, self._neurons + 2 * beyond, 1.0])
         self.stream.log(_MARGIN, cover, static=True)
-        labelled = [*SENSORY, *MOTOR, Population("I", INHIBITORY[0].start, INHIBITORY[-1].stop)]
+        labelled = _labelled(self.run.populations, _LABEL_ROOM * self._neurons)
         x = _LABELS_SHARE / 2 * self._shown_ms
         labels = rr.Points2D(
-            [(x, (group.start + group.stop) / 2 - _LABEL_RISE) for group in labelled],
+            [(x, (group.start + group.stop) / 2 - _LABEL_RISE * self._neurons) for group in labelled],
             labels=[group.name for group in labelled],
             colors=[_LABEL_COLOUR],
             radii=[rr.Radius.ui_points(0.0)],
@@ -97,7 +106,7 @@ class Raster(base.View):
 
     def add(self, record: DecisionRecord, decision: int) -> None:
         """Keep the spikes of the thinking window, or all."""
-        activity = record.activity
+        activity = self.run.activity(record)
         if activity is None:
             return
         spikes = activity.thinking_spikes if self._light else len(activity.spike_step)
@@ -105,7 +114,7 @@ class Raster(base.View):
         self._neuron.extend(activity.spike_neuron[:spikes])
         steps = activity.thinking_steps if self._light else activity.steps
         origin_ms = self._place(record.time_s, steps * self.run.clock.neural_step_ms)
-        thinking, whole = base.count_spikes(activity)
+        thinking, whole = self.run.count_spikes(activity)
         trajectory = record.move.trajectory
         kept = base.kept_poses(0 if self._light else len(trajectory), self.run.clock.control_period_s)
         self._pose_s.extend(trajectory[kept, 0])
@@ -117,15 +126,15 @@ class Raster(base.View):
         if not len(rows):
             return
         index, origins_ms = base.at(rows, "start_s"), thoughts["origin_ms"]
-        middle = np.array([self._window_ms / 2, NEURON_COUNT / 2])
+        middle = np.array([self._window_ms / 2, self._neurons / 2])
         centres = np.column_stack([origins_ms, np.zeros(len(rows))]) + middle
         half_sizes = np.tile(middle, (len(rows), 1))
         boxes = rr.Boxes2D.columns(half_sizes=half_sizes, centers=centres, colors=base.outcome_colours(rows))
         self.stream.send_columns(names.WINDOWS, index, boxes)
         counts = thoughts["counts"].T
-        for name, points, lengths in zip(POPULATION_NAMES, self._points(thoughts), counts, strict=True):
+        for population, points, lengths in zip(self.run.populations, self._points(thoughts), counts, strict=True):
             columns = rr.Points2D.columns(positions=points).partition(lengths)
-            self.stream.send_columns(f"{names.SPIKES}/{name}", index, columns)
+            self.stream.send_columns(f"{names.SPIKES}/{population.name}", index, columns)
         if self._light:
             self._scroll(index, origins_ms + self._window_ms)
         elif len(self._pose_s):
@@ -154,8 +163,8 @@ class Raster(base.View):
     def _points(self, thoughts: NDArray[np.void]) -> list[NDArray[np.float32]]:
         """Return every population's points (n, 2), decision after decision."""
         neuron, counts = self._neuron.rows, thoughts["counts"]
-        # Stable, and a radix sort on one byte: within a population the spikes stay in the order of time.
-        order = np.argsort(_POPULATION_OF[neuron], kind="stable")
+        # Stable, and a radix sort on one byte or two: within a population the spikes stay in the order of time.
+        order = np.argsort(self._population_of[neuron], kind="stable")
         time_ms = self._step.rows * self.run.clock.neural_step_ms
         time_ms += np.repeat(thoughts["origin_ms"], counts.sum(axis=1))
         points = np.empty((len(neuron), 2), np.float32)
@@ -168,3 +177,18 @@ class Raster(base.View):
         translation = np.zeros((len(now_ms), 3), np.float32)
         translation[:, 0] = -now_ms
         self.stream.send_columns(names.SPIKES, index, rr.Transform3D.columns(translation=translation))
+
+
+def _labelled(populations: Sequence[Population], room: float) -> list[Population]:
+    """Return what has a label: populations, and neighbours of one role that are too small for one each, together."""
+    groups: list[list[Population]] = []
+    for population in populations:
+        joins = groups and groups[-1][-1].role == population.role
+        if joins and max(population.size, groups[-1][-1].size) < room:
+            groups[-1].append(population)
+        else:
+            groups.append([population])
+    return [
+        Population(commonpath([own.name for own in group]) or group[0].role, group[0].start, group[-1].stop)
+        for group in groups
+    ]

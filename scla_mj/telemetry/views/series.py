@@ -2,39 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from scla_mj.anatomy import (
-    INHIBITORY,
-    MOTOR,
-    POPULATION_NAMES,
-    POPULATIONS,
-    PROJECTION_NAMES,
-    PROJECTIONS,
-    SENSORY,
-    Population,
-)
-from scla_mj.palette import POPULATION_COLOURS, PROJECTION_COLOURS, rgb
+from scla_mj.anatomy import MOTOR_ROLE
+from scla_mj.palette import population_colours, projection_styles, rgb
 from scla_mj.signals import DecisionRecord
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
-
-_COUNTS: Final = (np.int64, (len(POPULATIONS),))
-_MEANS: Final = (np.float64, (len(PROJECTIONS),))
-_THOUGHT: Final = np.dtype(
-    [
-        ("thinking", *_COUNTS),
-        ("whole", *_COUNTS),
-        ("steps", np.int64),
-        ("mean_weights", *_MEANS),
-        ("dopamine", *_MEANS),
-    ]
-)
-"""Spikes by population while thinking and in the whole decision of so many neural steps, and what learnt."""
 
 
 class Series(base.View):
@@ -42,44 +18,53 @@ class Series(base.View):
 
     def __init__(self, stream: rr.RecordingStream, run: base.RecordedRun) -> None:
         super().__init__(stream, run)
-        self._thoughts = self.gather(_THOUGHT)
+        counts, means = (np.int64, (len(run.populations),)), (np.float64, (len(run.projections),))
+        thought = [("thinking", *counts), ("whole", *counts), ("steps", np.int64), ("mean_weights", *means)]
+        # Spikes by population while thinking and in the whole decision of so many neural steps, and what learnt.
+        self._thoughts = self.gather(np.dtype([*thought, ("dopamine", *means)]))
 
     def panels(self) -> list[base.Panel]:
-        """Return weights over the whole run, and the last minute of the rest."""
+        """Return weights over the whole run, and the last minute of the rest, of a brain that has such."""
+        roles = list({population.role: None for population in self.run.populations})
+        if not roles:
+            return []
+        first = MOTOR_ROLE if MOTOR_ROLE in roles else roles[0]
+        more = [self._rates(names.RATES, role, "while thinking") for role in roles if role != first]
+        more.append(self._rates(names.RATES_WHOLE, first, "in the whole decision"))
+        rates = [
+            base.Panel(base.Place.MIDDLE, self._rates(names.RATES, first, "while thinking"), rank=1),
+            base.Panel(base.Place.TABS, rrb.Horizontal(*more, name="More rates"), rank=2),
+        ]
+        if not self.run.projections:
+            return rates
+        ranges = [projection.weight_range for projection in self.run.projections]
+        known = [bounds for bounds in ranges if bounds is not None]
+        low, high = min((low for low, _ in known), default=0.0), max((high for _, high in known), default=0.0)
+        axis = {"axis_y": rrb.ScalarAxis(range=(low, low + 1.05 * (high - low)))} if len(known) == len(ranges) else {}
         weights = base.curves(
-            [f"/{names.WEIGHTS}/**"],
-            "Mean weights: agreeing warm, opposite cool",
-            axis_x=base.WHOLE_RUN,
-            axis_y=rrb.ScalarAxis(range=(0.0, 1.05 * self.run.config.network.weight_max)),
-            corner=rrb.Corner2D.RightTop,
+            [f"/{names.WEIGHTS}/**"], "Mean weights", axis_x=base.WHOLE_RUN, corner=rrb.Corner2D.RightTop, **axis
         )
         dopamine = base.scrolling_curves([f"/{names.DOPAMINE}/**"], "Dopamine at each decision's end", legend=False)
-        more = [
-            _rates(names.RATES, SENSORY, "Sensory rates while thinking, Hz"),
-            _rates(names.RATES, INHIBITORY, "Inhibitory rates while thinking, Hz"),
-            _rates(names.RATES_WHOLE, MOTOR, "Motor rates, whole decision, Hz"),
-        ]
         return [
+            *rates,
             base.Panel(base.Place.TOP, weights, rank=2),
-            base.Panel(base.Place.MIDDLE, _rates(names.RATES, MOTOR, "Motor rates while thinking, Hz"), rank=1),
             base.Panel(base.Place.MIDDLE, dopamine, rank=2),
-            base.Panel(base.Place.TABS, rrb.Horizontal(*more, name="More rates"), rank=2),
         ]
 
     def log_static(self) -> None:
         """Log each curve's name and colour."""
-        for name in POPULATION_NAMES:
+        for name, colour in population_colours(self.run.populations).items():
             for parent in (names.RATES, names.RATES_WHOLE):
-                base.log_line(self.stream, f"{parent}/{name}", POPULATION_COLOURS[name], name, 1.2)
-        for name in PROJECTION_NAMES:
+                base.log_line(self.stream, f"{parent}/{name}", colour, name, 1.2)
+        for name, (hexadecimal, _) in projection_styles(self.run.projections).items():
             for parent, width in ((names.WEIGHTS, 2.0), (names.DOPAMINE, 1.2)):
-                base.log_line(self.stream, f"{parent}/{name}", rgb(PROJECTION_COLOURS[name]), name, width)
+                base.log_line(self.stream, f"{parent}/{name}", rgb(hexadecimal), name, width)
 
     def add(self, record: DecisionRecord, decision: int) -> None:
         """Keep the counts and the means."""
-        activity = record.activity
+        activity = self.run.activity(record)
         if activity is not None:
-            thinking, whole = base.count_spikes(activity)
+            thinking, whole = self.run.count_spikes(activity)
             self._thoughts.append((thinking, whole, activity.steps, activity.mean_weights, activity.dopamine))
 
     def send(self, rows: base.Rows) -> None:
@@ -88,20 +73,24 @@ class Series(base.View):
         if not len(thoughts):
             return
         index = base.at(rows[rows["thinks"]], "end_s")
-        steps = np.maximum(thoughts["steps"], 1)[:, np.newaxis]
+        steps, sizes = np.maximum(thoughts["steps"], 1)[:, np.newaxis], self.run.sizes
+        populations, projections = (
+            [part.name for part in parts] for parts in (self.run.populations, self.run.projections)
+        )
         for parent, labels, values in (
-            (names.RATES, POPULATION_NAMES, thoughts["thinking"] / (base.SIZES * clock.thinking_window_s)),
+            (names.RATES, populations, thoughts["thinking"] / (sizes * clock.thinking_window_s)),
             (
                 names.RATES_WHOLE,
-                POPULATION_NAMES,
-                thoughts["whole"] / (base.SIZES * steps * (clock.neural_step_ms / 1000)),
+                populations,
+                thoughts["whole"] / (sizes * steps * (clock.neural_step_ms / 1000)),
             ),
-            (names.WEIGHTS, PROJECTION_NAMES, thoughts["mean_weights"]),
-            (names.DOPAMINE, PROJECTION_NAMES, thoughts["dopamine"]),
+            (names.WEIGHTS, projections, thoughts["mean_weights"]),
+            (names.DOPAMINE, projections, thoughts["dopamine"]),
         ):
             for label, column in zip(labels, values.T, strict=True):
                 base.send_scalars(self.stream, f"{parent}/{label}", index, column)
 
-
-def _rates(parent: str, populations: tuple[Population, ...], name: str) -> rrb.TimeSeriesView:
-    return base.scrolling_curves([f"/{parent}/{population.name}" for population in populations], name)
+    def _rates(self, parent: str, role: str, when: str) -> rrb.TimeSeriesView:
+        group = [population for population in self.run.populations if population.role == role]
+        contents = [f"/{parent}/{population.name}" for population in group]
+        return base.scrolling_curves(contents, f"{role.capitalize() or 'Other'} rates {when}, Hz")

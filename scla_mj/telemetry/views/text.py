@@ -59,6 +59,22 @@ class Text(base.View):
         self.stream.log(_LOG, rr.TextLog(text, level=level))
 
 
+def _neurons(run: base.RecordedRun) -> str:
+    """Return what the page says of the brain's neurons, line by line."""
+    if run.anatomy is None:
+        return ""
+    groups = [
+        f"{role or 'others'}: {', '.join(own.name for own in run.anatomy.of_role(role))}"
+        for role in {own.role: None for own in run.populations}
+    ]
+    weights = ", ".join(f"{own.name} from {own.source} to {own.target}" for own in run.projections)
+    return (
+        f"- **Spikes.** A dot per spike, a row per neuron; from above, {'; '.join(groups)}.\n"
+        "  A frame is a thinking window, in the colour of how its move ended.\n"
+        + (f"- **Weights.** The mean of each projection: {weights}.\n" if weights else "")
+    )
+
+
 def _about(run: base.RecordedRun) -> str:
     """Return the page as Markdown."""
     columns, rows = run.grid.cells
@@ -69,8 +85,5 @@ Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
 
 - **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows:
   how probable each action is in each cell, yellow up, blue down, green left, pink right.
-- **Spikes.** A dot per spike, a row per neuron: sensory S, motor M, inhibitory I; U(p), D(own), L(eft), R(ight).
-  A frame is a thinking window, in the colour of how its move ended.
-- **Weights.** Each sensory population drives its own motor population (agreeing) and the opposite one.
-- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
+{_neurons(run)}- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
 """
