@@ -106,20 +106,25 @@ class BrainCode(NamedTuple):
 def code_of(name: str) -> BrainCode:
     """Return what decides the bits of a brain besides scla-mj; nothing does for one of `BRAINS`.
 
-    The packages are those that its module imports by name.
+    The packages are those that its module imports by name; of a brain in another Python they are not known.
     """
     if name in BRAINS:
         return BrainCode()
-    module = sys.modules[find_brain(name).__module__]
-    file, digest = getattr(module, "__file__", None), None
+    file: str | None
+    if is_bridge(name):
+        file, imports = name.rpartition(":")[2], []
+    else:
+        module = sys.modules[find_brain(name).__module__]
+        file, imports = getattr(module, "__file__", None), list(vars(module).values())
+    digest = None
     if file is not None:
         with contextlib.suppress(OSError), open(file, "rb") as content:  # noqa: PTH123
             digest = hashlib.file_digest(content, "sha256").hexdigest()
-    return BrainCode(file, digest, dict(_versions_of_imports(vars(module).values())))
+    return BrainCode(file, digest, dict(_versions_of_imports(imports)))
 
 
 def _versions_of_imports(values: Iterable[Any]) -> Iterator[tuple[str, str]]:
-    for value in list(values):
+    for value in values:
         plain = isinstance(value, type | types.FunctionType | types.BuiltinFunctionType)
         name = value.__name__ if isinstance(value, types.ModuleType) else value.__module__ if plain else None
         package = (name or "").partition(".")[0]
