@@ -66,7 +66,7 @@ def compare(inspection: Inspection | None, files: RunFiles) -> list[Comparison]:
     if files.decisions is not None:
         rows += _compare_counts(DECISIONS_PARQUET, reference, files.decisions)
         if inspection is not None:
-            rows += _compare_spikes(inspection, files.decisions["spikes"])
+            rows += _compare_spikes(inspection, files.decisions.get("spikes", {}))
     if inspection is not None and files.summary is not None:
         rows += _compare_summary(inspection, reference, files.summary)
     if inspection is not None and files.brain is not None:

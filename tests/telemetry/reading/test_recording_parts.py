@@ -45,8 +45,8 @@ def record_in_parts(folder, run, mode, saved, killed):
 def figures(seen):
     return {
         name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in seen._asdict().items()
-        if name not in ("parts", "properties", "path_length_m")
+        for name, value in (seen._asdict() | seen.weights).items()
+        if name not in ("parts", "properties", "path_length_m", "weights")
     }
 
 
