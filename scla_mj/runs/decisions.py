@@ -7,7 +7,6 @@ Parquet file. The same rows give the same bytes.
 
 from __future__ import annotations
 
-import base64
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import nullcontext, suppress
@@ -22,7 +21,7 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Action
 from scla_mj.paths import DECISIONS_PARQUET, DECISIONS_PARTIAL
 from scla_mj.runs.atomic import is_still, reading, remove, replacing, writing
-from scla_mj.runs.stream import columns_of, header, message, whole_batches
+from scla_mj.runs.stream import check_footer, columns_of, header, message, whole_batches
 from scla_mj.signals import DecisionRecord, Outcome
 
 BATCH_ROWS: Final = 250
@@ -253,7 +252,7 @@ def read_decisions(folder: Path) -> pa.Table:
             table = pa.Table.from_batches(_batches(path), columns_of(path) or schema())
         _check_columns(path, table.schema)
         if path == parquet:
-            _check_names(path)
+            check_footer(path)
         table.validate(full=True)
     for name, allowed in _LABELS.items():
         foreign = sorted(set(table[name].unique().to_pylist()) - allowed)
@@ -268,14 +267,6 @@ def _check_columns(path: Path, found: pa.Schema) -> None:
     if not _is_ours(found):
         names = ", ".join(schema(["NAME"]).names)
         raise SclaError(f"{path} is not a table of decisions: its columns must be {names} for each motor population")
-
-
-def _check_names(path: Path) -> None:
-    """Refuse a table whose footer names its columns in two ways: no checksum covers it, and no name is known before."""
-    footer = pq.read_metadata(path)
-    stored = pa.ipc.read_schema(pa.py_buffer(base64.b64decode(footer.metadata[b"ARROW:schema"])))
-    if stored.names != footer.schema.names:
-        raise SclaError(f"{path} is damaged: its footer names other columns than its pages")
 
 
 def _is_ours(found: pa.Schema) -> bool:

@@ -5,6 +5,7 @@ Each batch carries its own SHA-256. The stream has no end marker: what follows t
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import os
 import struct
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Final
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 _PREFIX: Final = struct.Struct("<4si")
 """A stream begins with a mark and the number of bytes of its schema."""
@@ -78,6 +80,18 @@ def whole_batches(path: Path, is_ours: Callable[[pa.Schema], bool]) -> Iterator[
         file.seek(start)
         if file.read().count(_DIGEST) > 1:
             raise pa.ArrowInvalid("it breaks off before its end")  # a kill leaves at most one batch behind
+
+
+def check_footer(path: Path) -> None:
+    """Refuse a Parquet file whose footer, which no checksum covers, names its columns in two ways.
+
+    Raises:
+        pyarrow.ArrowInvalid: it does.
+    """
+    footer = pq.read_metadata(path)
+    stored = pa.ipc.read_schema(pa.py_buffer(base64.b64decode(footer.metadata[b"ARROW:schema"])))
+    if stored.names != footer.schema.names:
+        raise pa.ArrowInvalid("its footer names other columns than its pages")
 
 
 def _ends_in_zeros(path: Path) -> bool:
