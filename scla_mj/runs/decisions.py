@@ -247,12 +247,11 @@ def read_decisions(folder: Path) -> pa.Table:
         raise SclaError(f"{path} is missing, and so is {DECISIONS_PARTIAL}: fetch a sound copy of the run")
     with reading(path, _CONTENT):
         if path == parquet:
+            check_footer(path)
             table = pq.read_table(path, page_checksum_verification=True)  # refuses more than `_batches` can see
         else:
             table = pa.Table.from_batches(_batches(path), columns_of(path) or schema())
         _check_columns(path, table.schema)
-        if path == parquet:
-            check_footer(path)
         table.validate(full=True)
     for name, allowed in _LABELS.items():
         foreign = sorted(set(table[name].unique().to_pylist()) - allowed)
