@@ -219,7 +219,7 @@ class RunConfig(Section):
     brain: str = "scla"
     """scla (with one dopamine, scla-dopamine), scla-printed (as the paper prints it), network, automaton,
     automata-everywhere, automata-reflex, automata-coin, cell-states, q-learning, q-lambda, dyna-q, actor-critic,
-    random, shortest-path; package.module:Class for your own, or PYTHON:SCRIPT.py for one in another Python."""
+    potjans, random, shortest-path; package.module:Class for your own, or PYTHON:SCRIPT.py for one in another Python."""
     telemetry: Telemetry = "light"
     """What recording.rrd keeps: nothing, the thinking windows, or every spike."""
     brain_settings: Annotated[dict[str, Any], tyro.conf.Suppress] = field(default_factory=dict)

@@ -24,6 +24,7 @@ from scla_mj.brain.baselines import (
     ShortestPathBrain,
 )
 from scla_mj.brain.bridge import bridge_class, is_bridge
+from scla_mj.brain.potjans import PotjansBrain
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.brain.scla_dopamine import DopamineBrain
 from scla_mj.brain.tabular import ActorCriticBrain, DynaQBrain, QLambdaBrain, QLearningBrain
@@ -61,6 +62,7 @@ BRAINS: Final[dict[str, type[Brain]]] = {
     "q-lambda": QLambdaBrain,
     "dyna-q": DynaQBrain,
     "actor-critic": ActorCriticBrain,
+    "potjans": PotjansBrain,
     "shortest-path": ShortestPathBrain,
 }
 _OF_BRAINS: Final = ("network.", "plasticity.", "automaton.")

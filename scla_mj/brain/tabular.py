@@ -212,6 +212,8 @@ class ActorCriticBrain(TabularBrain):
         """alpha."""
         actor_rate: Annotated[float, Interval(ge=0.0, le=1000.0)] = 10.0
         """beta, of preferences."""
+        initial_value: Value = 0.0
+        """Every V at the start; above 0 it is optimistic: what was tried in vain is tried less."""
         discount: Fraction = 0.9
         """gamma."""
         sensing: Sensing = "none"
@@ -220,7 +222,7 @@ class ActorCriticBrain(TabularBrain):
     def __init__(self, checked: CheckedConfig, settings: Settings) -> None:
         super().__init__(checked, settings.sensing)
         self._settings = settings
-        self._critic = np.zeros(self._states)
+        self._critic = np.full(self._states, settings.initial_value)
         self._actor = np.zeros((self._states, len(ACTIONS)))
 
     @property

@@ -56,6 +56,7 @@ def run(cut, tmp_path):
         "cell-states",
         "dyna-q",
         "actor-critic",
+        "potjans",
     ],
 )
 def test_every_brain_is_resumed_bit_identically(brain, tmp_path):
