@@ -19,16 +19,16 @@ class Wiring(NamedTuple):
     synapses: NDArray[np.void]
     rows: NDArray[np.int64]
     columns: NDArray[np.int64]
-    column_synapse: NDArray[np.int32]
-    column_source: NDArray[np.int32]
+    onto: NDArray[np.void]
     tables: NDArray[np.int64]
 
 
 def wire(description: NetworkDescription, real: np.dtype[Any], rng: np.random.Generator) -> Wiring:
     """Draw every synapse, projection by projection."""
     sizes, starts = sizes_of(description), starts_of(description)
-    synapse = np.dtype([("weight", real), ("scaled", real), ("at", np.int32), ("target", np.int32)], align=True)
-    parts, rows, columns, entries, sources, tables = [], [np.zeros(1, int)], [np.zeros(1, int)], [], [], []
+    synapse = np.dtype([("weight", real), ("scaled", real), ("at", np.uint32), ("target", np.uint32)], align=True)
+    onto = np.dtype([("synapse", np.uint32), ("source", np.uint32)])
+    parts, rows, columns, entries, tables = [], [np.zeros(1, int)], [np.zeros(1, int)], [], []
     total = rows_so_far = columns_so_far = plastic = 0
     for projection in description.projections:
         tables.append((rows_so_far, columns_so_far, total, total))
@@ -44,8 +44,9 @@ def wire(description: NetworkDescription, real: np.dtype[Any], rng: np.random.Ge
         tables[-1] = (*tables[-1][:3], total + len(source))
         if projection.rule is not None:
             order = np.argsort(target, kind="stable")
-            entries.append((total + order).astype(np.int32))
-            sources.append((starts[projection.source] + source[order]).astype(np.int32))
+            entry = np.zeros(len(source), onto)
+            entry["synapse"], entry["source"] = total + order, starts[projection.source] + source[order]
+            entries.append(entry)
             columns.append(plastic + np.cumsum(np.bincount(target, minlength=sizes[projection.target])))
             columns_so_far += sizes[projection.target]
             plastic += len(source)
@@ -58,8 +59,7 @@ def wire(description: NetworkDescription, real: np.dtype[Any], rng: np.random.Ge
         np.concatenate([np.zeros(0, synapse), *parts]),
         np.concatenate(rows),
         np.concatenate(columns),
-        np.concatenate([np.zeros(0, np.int32), *entries]),
-        np.concatenate([np.zeros(0, np.int32), *sources]),
+        np.concatenate([np.zeros(0, onto), *entries]),
         np.array(tables, int).reshape(-1, 4),
     )
 

@@ -188,10 +188,11 @@ class NetworkDescription:
         _unique("projection", [projection.name for projection in named])
         for projection in named:
             _check_projection(projection, sizes, self.step_ms)
-        if len({projection.rule.functions for projection in named if projection.rule is not None}) > 1:
-            raise SclaError("projections have rules of different functions: all plastic ones must have the same three")
-        if len({tuple(projection.rule.parameters) for projection in named if projection.rule is not None}) > 1:
-            raise SclaError("projections have rules of different parameters: all plastic ones must name the same")
+        rules = [projection.rule for projection in named if projection.rule is not None]
+        if len({(*r.functions, *r.parameters, len(r.pre_taus_ms), len(r.post_taus_ms)) for r in rules}) > 1:
+            raise SclaError(
+                "rules differ in their functions, parameters' names or number of traces: all must be of one"
+            )
         return dataclasses.replace(self, projections=tuple(named), modulators=_modulators(self, named))
 
 
@@ -270,7 +271,8 @@ def _check_rule(name: str, rule: Rule, step_ms: float) -> None:
         _require(callable(function), f"{name}: {shown(function)} is no function of its rule")
     for tau in (*rule.pre_taus_ms, *rule.post_taus_ms, rule.eligibility_tau_ms):
         _number(f"{name}: a time constant of its rule", tau, 0.05, 3.6e6)
-    _require(bool(rule.pre_taus_ms and rule.post_taus_ms), f"{name}: its rule must have a trace before and after")
+    for taus in (rule.pre_taus_ms, rule.post_taus_ms):
+        _require(1 <= len(taus) <= 3, f"{name}: its rule has {len(taus)} traces on one side: it must have 1 to 3")
     _require(all(str(key).isidentifier() for key in rule.parameters), f"{name}: its rule's parameters have odd names")
     for key, value in rule.parameters.items():
         _number(f"{name}: {key}", value, -1e9, 1e9)

@@ -23,9 +23,12 @@ from typing import Any, Final
 
 from scla_mj.brain.network import neurons, rows
 from scla_mj.brain.network.neurons import constants_of, gather_current, is_finite, list_spikes, next_state
+from scla_mj.brain.network.prefetch import prefetch
 from scla_mj.brain.network.rows import fill
 from scla_mj.compiled import cached_njit, leaf_njit
 
+_AHEAD: Final = 16
+"""Synapses onto a neuron lie apart: in a large network each would be waited for."""
 NOT_FINITE: Final = -1
 """What `run` returns instead of a number of spikes if a membrane potential is no longer finite."""
 IZHIKEVICH: Final = 0
@@ -98,26 +101,26 @@ def _fade(traces: Any, decays: Any, lower_bound: Any) -> None:
 
 
 @leaf_njit()
-def _state_of(synapse: Any, gathered: Any, now: int, decayed: Any, limits: Any, p: Any, follow: Any) -> Any:
+def _state_of(synapse: Any, gathered: Any, now: int, decayed: Any, low: Any, high: Any, p: Any, follow: Any) -> Any:
     """Return a synapse's weight and eligibility now; nothing is changed."""
     scaled = synapse.scaled
-    dose = type(scaled)(scaled * (gathered[now] - gathered[synapse.at]))
-    return min(max(follow(synapse.weight, dose, p), limits.low), limits.high), scaled * type(scaled)(decayed)
+    dose = scaled * type(scaled)(gathered[now] - gathered[synapse.at])
+    return min(max(type(scaled)(follow(synapse.weight, dose, p)), low), high), scaled * decayed
 
 
 @leaf_njit()
-def _keep(synapse: Any, w: Any, c: Any, now: int, grown: Any, limits: Any) -> None:
+def _keep(synapse: Any, w: Any, c: Any, now: int, grown: Any, low: Any, high: Any) -> None:
     """Store a synapse's weight, clipped, and eligibility as those of now; `grown` is 1 / E."""
-    synapse.weight = min(max(type(synapse.weight)(w), limits.low), limits.high)
-    synapse.scaled = type(synapse.scaled)(c) * type(synapse.scaled)(grown)
+    synapse.weight = min(max(type(synapse.weight)(w), low), high)
+    synapse.scaled = type(synapse.scaled)(c) * grown
     synapse.at = now
 
 
 @leaf_njit()
 def _settle(m: Any, course: int, then: int, decayed: float, restart: bool, follow: Any) -> None:
     """Bring all synapses of a course to step `then`, when E was `decayed`; with `restart` E is 1 from now on."""
-    gathered = m.gathered[course]
-    grown, now = (1.0, 0) if restart else (1.0 / decayed, then)
+    real, gathered = m.v.dtype.type, m.gathered[course]
+    grown, now = (real(1.0), 0) if restart else (real(1.0 / decayed), then)
     for k in range(m.projections.shape[0]):
         projection = m.projections[k]
         if projection.course != course:
@@ -125,8 +128,8 @@ def _settle(m: Any, course: int, then: int, decayed: float, restart: bool, follo
         limits, p = m.limits[projection.rule], m.parameters[projection.rule]
         for s in range(projection.first_synapse, projection.last_synapse):
             synapse = m.synapses[s]
-            w, c = _state_of(synapse, gathered, then, decayed, limits, p, follow)
-            _keep(synapse, w, c if abs(c) >= limits.lower_bound else type(c)(0), now, grown, limits)
+            w, c = _state_of(synapse, gathered, then, real(decayed), limits.low, limits.high, p, follow)
+            _keep(synapse, w, c if abs(c) >= limits.lower_bound else real(0), now, grown, limits.low, limits.high)
 
 
 @leaf_njit(inline="always")
@@ -157,17 +160,57 @@ def _decay(m: Any, follow: Any) -> None:
     m.clock[NOW] = now + 1
 
 
+@leaf_njit()
+def _one(traces: Any, t: int, i: int) -> Any:
+    return (traces[t, i],)
+
+
+@leaf_njit()
+def _two(traces: Any, t: int, i: int) -> Any:
+    return traces[t, i], traces[t + 1, i]
+
+
+@leaf_njit()
+def _three(traces: Any, t: int, i: int) -> Any:
+    return traces[t, i], traces[t + 1, i], traces[t + 2, i]
+
+
+_TRACES_OF: Final = (_one, _two, _three)
+"""By their number less one: what returns the traces of neuron i from row t on."""
+
+
 @leaf_njit(inline="always")
 def _raise(traces: Any, first: int, last: int, neuron: int, kept: Any) -> None:
     for t in range(first, last):
         traces[t, neuron] = kept * traces[t, neuron] + traces.dtype.type(1)
 
 
+@leaf_njit()
+def _fetch(rows: Any, items: Any, row: int) -> None:
+    first, last = rows[row], rows[row + 1]
+    for item in range(first, min(last, first + 2 * _AHEAD), 4):
+        prefetch(items, item)
+
+
 @leaf_njit(inline="always")
-def _presynaptic(m: Any, neuron: int, on_pre: Any, follow: Any) -> None:
+def _fetch_out(m: Any, neuron: int) -> None:
+    population = m.populations[m.population_of[neuron]]
+    for o in range(population.first_out, population.last_out):
+        _fetch(m.rows, m.synapses, m.projections[m.out[o]].first_row + neuron - population.start)
+
+
+@leaf_njit(inline="always")
+def _fetch_into(m: Any, neuron: int) -> None:
+    population = m.populations[m.population_of[neuron]]
+    for o in range(population.first_in, population.last_in):
+        _fetch(m.columns, m.onto, m.projections[m.into[o]].first_column + neuron - population.start)
+
+
+@leaf_njit(inline="always")
+def _presynaptic(m: Any, neuron: int, on_pre: Any, follow: Any, pre_of: Any, post_of: Any) -> None:
     """Deliver a neuron's weights and let `on_pre` change its plastic synapses; then raise its traces."""
     population = m.populations[m.population_of[neuron]]
-    now = m.clock[NOW]
+    real, now = m.v.dtype.type, m.clock[NOW]
     for o in range(population.first_out, population.last_out):
         projection = m.projections[m.out[o]]
         arriving = m.arriving[(m.clock[STEP] + projection.delay) % m.arriving.shape[0]]
@@ -178,36 +221,39 @@ def _presynaptic(m: Any, neuron: int, on_pre: Any, follow: Any) -> None:
                 arriving[m.synapses[s].target] += m.synapses[s].weight
             continue
         limits, p, course = m.limits[projection.rule], m.parameters[projection.rule], m.courses[projection.course]
-        gathered, decayed, grown = m.gathered[projection.course], course.decayed, 1.0 / course.decayed
-        x = m.pre_traces[limits.first_x : limits.last_x, neuron]
+        gathered, decayed, grown = m.gathered[projection.course], real(course.decayed), real(1.0 / course.decayed)
+        low, high, first_x, first_y = limits.low, limits.high, limits.first_x, limits.first_y
+        x = pre_of(m.pre_traces, first_x, neuron)
         for s in range(first, last):
+            prefetch(m.synapses, s + 2 * _AHEAD)
             synapse = m.synapses[s]
-            w, c = _state_of(synapse, gathered, now, decayed, limits, p, follow)
+            w, c = _state_of(synapse, gathered, now, decayed, low, high, p, follow)
             arriving[synapse.target] += w
-            y = m.post_traces[limits.first_y : limits.last_y, synapse.target]
-            w, c = on_pre(w, c, x, y, p)
-            _keep(synapse, w, c, now, grown, limits)
+            w, c = on_pre(w, c, x, post_of(m.post_traces, first_y, synapse.target), p)
+            _keep(synapse, w, c, now, grown, low, high)
     for limits in m.limits:
         _raise(m.pre_traces, limits.first_x, limits.last_x, neuron, limits.kept)
 
 
 @leaf_njit(inline="always")
-def _postsynaptic(m: Any, neuron: int, on_post: Any, follow: Any) -> None:
+def _postsynaptic(m: Any, neuron: int, on_post: Any, follow: Any, pre_of: Any, post_of: Any) -> None:
     """Let `on_post` change the plastic synapses onto a neuron; then raise its traces."""
     population = m.populations[m.population_of[neuron]]
-    now = m.clock[NOW]
+    real, now = m.v.dtype.type, m.clock[NOW]
     for o in range(population.first_in, population.last_in):
         projection = m.projections[m.into[o]]
         column = projection.first_column + neuron - population.start
         limits, p, course = m.limits[projection.rule], m.parameters[projection.rule], m.courses[projection.course]
-        gathered, decayed, grown = m.gathered[projection.course], course.decayed, 1.0 / course.decayed
-        y = m.post_traces[limits.first_y : limits.last_y, neuron]
-        for entry in range(m.columns[column], m.columns[column + 1]):
-            synapse = m.synapses[m.column_synapse[entry]]
-            w, c = _state_of(synapse, gathered, now, decayed, limits, p, follow)
-            x = m.pre_traces[limits.first_x : limits.last_x, m.column_source[entry]]
-            w, c = on_post(w, c, x, y, p)
-            _keep(synapse, w, c, now, grown, limits)
+        gathered, decayed, grown = m.gathered[projection.course], real(course.decayed), real(1.0 / course.decayed)
+        low, high, first_x, first_y = limits.low, limits.high, limits.first_x, limits.first_y
+        y = post_of(m.post_traces, first_y, neuron)
+        last = m.columns[column + 1]
+        for entry in range(m.columns[column], last):
+            prefetch(m.synapses, m.onto[min(entry + _AHEAD, last - 1)].synapse)
+            synapse = m.synapses[m.onto[entry].synapse]
+            w, c = _state_of(synapse, gathered, now, decayed, low, high, p, follow)
+            w, c = on_post(w, c, pre_of(m.pre_traces, first_x, m.onto[entry].source), y, p)
+            _keep(synapse, w, c, now, grown, low, high)
     for limits in m.limits:
         _raise(m.post_traces, limits.first_y, limits.last_y, neuron, limits.kept)
 
@@ -257,13 +303,15 @@ def _value(m: Any, variable: int, part: int, index: int, follow: Any) -> float:
     if projection.course < 0:
         return float(synapse.weight) if variable == WEIGHT else 0.0
     limits, p, k = m.limits[projection.rule], m.parameters[projection.rule], projection.course
-    w, c = _state_of(synapse, m.gathered[k], m.clock[NOW], m.courses[k].decayed, limits, p, follow)
+    decayed = m.v.dtype.type(m.courses[k].decayed)
+    w, c = _state_of(synapse, m.gathered[k], m.clock[NOW], decayed, limits.low, limits.high, p, follow)
     return float(w) if variable == WEIGHT else float(c)
 
 
-def build(functions: tuple[Callable[..., Any], ...], code: str) -> tuple[Any, Any]:
-    """Return `run` and `read`, compiled with a rule's three functions; `code` tells these from all others."""
+def build(functions: tuple[Callable[..., Any], ...], traces: tuple[int, int], code: str) -> tuple[Any, Any]:
+    """Return `run` and `read` for a rule's functions and numbers of traces; `code` tells it from others."""
     on_pre, on_post, follow = functions
+    pre_of, post_of = (_TRACES_OF[number - 1] for number in traces)
 
     def run(
         m: Any, steps: int, spike_step: Any, spike_neuron: Any, filled: int, counts: Any, first_step: int, watch: Any
@@ -276,11 +324,17 @@ def build(functions: tuple[Callable[..., Any], ...], code: str) -> tuple[Any, An
             count = list_spikes(m.fired, m.fired_octets, spike_neuron[total:])
             spiked = spike_neuron[total : total + count]
             fill(m.step_counts, 0)
-            for neuron in spiked:
+            for spike in range(count):
+                neuron = spiked[spike]
+                if spike + 1 < count:
+                    _fetch_out(m, spiked[spike + 1])
                 m.step_counts[m.population_of[neuron]] += 1
-                _presynaptic(m, neuron, on_pre, follow)
-            for neuron in spiked:
-                _postsynaptic(m, neuron, on_post, follow)
+                _presynaptic(m, neuron, on_pre, follow, pre_of, post_of)
+            for spike in range(count):
+                neuron = spiked[spike]
+                if spike + 1 < count:
+                    _fetch_into(m, spiked[spike + 1])
+                _postsynaptic(m, neuron, on_post, follow, pre_of, post_of)
             _uniform(m)
             for population in range(counts.shape[0]):
                 counts[population] += m.step_counts[population]

@@ -12,7 +12,7 @@ from scla_mj.anatomy import Anatomy, Population, Projection
 from scla_mj.brain.network import general_kernel
 from scla_mj.brain.network.description import NetworkDescription, Synapses
 from scla_mj.brain.network.inputs import fill
-from scla_mj.brain.network.rules import compiled_functions, fingerprint, modulated_stdp
+from scla_mj.brain.network.rules import Rule, compiled_functions, fingerprint, modulated_stdp
 from scla_mj.brain.network.window import Window
 from scla_mj.brain.network.wiring import new_memory
 from scla_mj.errors import SclaError
@@ -38,7 +38,7 @@ class Connections(Window):
         real = self.memory.v.dtype
         super().__init__(neurons=self.description.size, populations=kinds, modulators=modulators, real=real)
         rules = [projection.rule for projection in self.description.plastic if projection.rule is not None]
-        self._kernel, self._read = _kernel_of((*rules, modulated_stdp())[0].functions)
+        self._kernel, self._read = _kernel_of(*_compiled_with((*rules, modulated_stdp())[0]))
         self._projections = {p.name: k for k, p in enumerate(self.description.projections)}
 
     @property
@@ -125,10 +125,15 @@ class Connections(Window):
         return values.reshape(self._shape(described, table))
 
 
+def _compiled_with(rule: Rule) -> tuple[Any, ...]:
+    """Return all that makes one kernel differ from another."""
+    return rule.functions, (len(rule.pre_taus_ms), len(rule.post_taus_ms))
+
+
 @functools.cache
-def _kernel_of(functions: tuple[Any, ...]) -> tuple[Any, Any]:
-    """Return the kernel, and what reads synapses, for rules of these functions; compiled at their first call."""
-    return general_kernel.build(compiled_functions(functions), fingerprint(functions))
+def _kernel_of(functions: tuple[Any, ...], traces: tuple[int, int]) -> tuple[Any, Any]:
+    """Return the kernel, and what reads synapses; both are compiled at their first call."""
+    return general_kernel.build(compiled_functions(functions), traces, fingerprint(functions) + repr(traces))
 
 
 def _ranges(description: NetworkDescription) -> tuple[Population, ...]:

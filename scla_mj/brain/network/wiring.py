@@ -43,7 +43,7 @@ class Memory(NamedTuple):
     `modulators`; `courses`, one for each pair of modulator and eligibility time constant; `gathered`
     (courses, steps + 1); `clock`.
     Anatomy: `populations` (P,), `projections` (K,), `limits` and `parameters`, one record a rule; `rows`: where the
-    synapses of each source neuron begin; `columns`: where in `column_synapse` and `column_source` those onto each
+    synapses of each source neuron begin; `columns`: where in `onto`, records of synapse and source, those onto each
     target neuron begin; `out`, `into`: projections out of and into each population; `population_of` (N,).
     Scratch: `drive` (N,) R; `fired`, `fired_octets`, `step_counts`.
     """
@@ -67,8 +67,7 @@ class Memory(NamedTuple):
     parameters: NDArray[np.void]
     rows: NDArray[np.int64]
     columns: NDArray[np.int64]
-    column_synapse: NDArray[np.int32]
-    column_source: NDArray[np.int32]
+    onto: NDArray[np.void]
     out: NDArray[np.int32]
     into: NDArray[np.int32]
     population_of: NDArray[np.int32]
@@ -119,8 +118,7 @@ def new_memory(description: NetworkDescription, *, seed: int) -> Memory:
         parameters=_parameters(rules, real, h),
         rows=wiring.rows,
         columns=wiring.columns,
-        column_synapse=wiring.column_synapse,
-        column_source=wiring.column_source,
+        onto=wiring.onto,
         out=out,
         into=into,
         population_of=np.repeat(np.arange(len(sizes), dtype=np.int32), sizes),
