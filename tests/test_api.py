@@ -10,7 +10,7 @@ import pytest
 import scla_mj
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = [DOCS / "python.md", DOCS / "environments.md", DOCS.parent / "README.md"]
+PAGES = [DOCS / "python.md", DOCS / "environments.md", DOCS / "network.md", DOCS.parent / "README.md"]
 IMPORT_S = 0.05
 
 

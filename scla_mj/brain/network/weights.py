@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.anatomy import Anatomy, Population, Projection
-from scla_mj.brain.network import general_kernel
+from scla_mj.brain.network import general_kernel, general_synapses
 from scla_mj.brain.network.description import NetworkDescription, Synapses
 from scla_mj.brain.network.inputs import fill
 from scla_mj.brain.network.rules import Rule, compiled_functions, fingerprint, modulated_stdp
@@ -99,7 +99,7 @@ class Connections(Window):
             table["weight"] = drawn.flat[0]
             return
         own = self.memory.synapses[table["first_synapse"] : table["last_synapse"]]
-        own["weight"], own["at"] = drawn.reshape(-1), self.memory.clock[general_kernel.NOW]
+        own["weight"], own["at"] = drawn.reshape(-1), self.memory.clock[general_synapses.NOW]
 
     def _projection(self, name: str) -> tuple[Synapses, Any]:
         """Return a projection as described, and its record in the memory."""

@@ -28,7 +28,7 @@ from scla_mj.brain.network.rules import Rule, modulated_stdp
 from scla_mj.randomness import Consumer, generator, seed_sequence
 
 _MOST_STEPS: Final = 1000
-"""Steps between two rebases; a rebase of all synapses costs what ten steps cost."""
+"""Steps between two restarts of E and G, each of which costs what a few dozen steps cost."""
 _MOST_TAUS: Final = 7.0
 """E stays above exp(-7), so that G keeps 13 digits of what is added to it."""
 
