@@ -2,7 +2,9 @@
 
 import dataclasses
 import math
+import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +12,11 @@ import pytest
 from scla_mj.brain.network.description import LIF, Izhikevich, Modulator, NetworkDescription, Neurons, Synapses
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.network.paper import paper_description
-from scla_mj.brain.network.rules import Rule, fingerprint, modulated_stdp
+from scla_mj.brain.network.rules import Rule, fingerprint, modulated_stdp, triplet_stdp
 from scla_mj.config import NetworkConfig, RunConfig
 from scla_mj.errors import SclaError
 
+DOCS = Path(__file__).parents[2] / "docs" / "network.md"
 RULE = modulated_stdp(high=3.0)
 DESCRIPTION = NetworkDescription(
     [Neurons("a", 20, noise=5.0, drive=4.0), Neurons("b", 10, LIF(), noise=20.0, drive=15.0, role="motor")],
@@ -115,26 +118,21 @@ def test_a_restored_network_continues_bit_identically_and_another_ones_state_is_
         other.restore(larger.state())
 
 
-def on_pre(w, c, x, y, p):
-    return w, c - p.depression * y[0]
-
-
-def on_post(w, c, x, y, p):
-    return w, c + p.potentiation * x[0]
-
-
-def follow(w, dose, p):
-    """dw/dt = rate c m times the distance to the bound ahead."""
-    if dose > 0.0:
-        return p.top - (p.top - w) * math.exp(-p.rate * dose)
-    return w * math.exp(p.rate * dose)
-
-
-def test_a_rule_of_ones_own_is_three_functions_in_one_file():
+@pytest.fixture(scope="module")
+def soft():
+    """The rule of docs/network.md: dw/dt = rate c m times the distance to the bound ahead."""
+    section = DOCS.read_text(encoding="utf-8").split("\n## A rule of your own")[1]
+    program = re.search(r"```python\n(.*?)\nsoft = Rule", section, re.DOTALL)[1]
+    assert len(program.splitlines()) < 40
+    known = {}
+    exec(program, known)
     numbers = {"potentiation": 0.1, "depression": 0.12, "rate": 0.05, "top": 2.0}
+    return Rule(known["on_pre"], known["on_post"], known["follow"], numbers, high=2.0)
+
+
+def test_a_rule_of_ones_own_is_three_functions_in_one_file(soft):
     cells = [Neurons(name, 1, LIF()) for name in "ab"]
-    soft = Synapses("a", "b", 1.0, rule=Rule(on_pre, on_post, follow, numbers, high=2.0))
-    one = network(description=NetworkDescription(cells, [soft], precision="float64"))
+    one = network(description=NetworkDescription(cells, [Synapses("a", "b", 1.0, rule=soft)]))
     one.run(1.0, {"a": 1e3})
     one.run(1.0, {"b": 1e3})
     one.run(98.0)
@@ -142,8 +140,21 @@ def test_a_rule_of_ones_own_is_three_functions_in_one_file():
     one.run(3000.0)
     q = math.exp(-1 / 1000 - 1 / 200)
     dose = 0.1 * math.exp(-1 / 20) * 20.0 * math.exp(-98 / 1000) * q / (1 - q)
-    assert one.weights("atob")[0, 0] == pytest.approx(2.0 - math.exp(-0.05 * dose), abs=1e-9)
-    assert fingerprint((on_pre,)) != fingerprint((on_post,))
+    assert one.weights("atob")[0, 0] == pytest.approx(2.0 - math.exp(-0.05 * dose), abs=2e-6)
+
+
+def test_rules_of_other_code_or_other_numbers_never_share_compiled_code():
+    def like(number):
+        def follow(w, dose, p):
+            return w + number * dose
+
+        return (follow,)
+
+    marks = [fingerprint(like(number)) for number in (1.0, 2.0, 1.0)]
+    assert marks[0] == marks[2] != marks[1]
+    assert (
+        fingerprint(RULE.functions) == fingerprint(modulated_stdp().functions) != fingerprint(triplet_stdp().functions)
+    )
 
 
 def test_float32_with_noise_has_the_rates_of_the_papers_network():
@@ -153,7 +164,7 @@ def test_float32_with_noise_has_the_rates_of_the_papers_network():
     drive = np.zeros(1000)
     drive[:100] = 8.0
     counts = [one.advance(4000, drive).reshape(3, 4).sum(axis=1) for one in (ours, lazy)]
-    np.testing.assert_allclose(*counts, rtol=0.05)
+    np.testing.assert_allclose(*counts, rtol=0.1)
     drawn = np.stack([ours.weights(projection.name) for projection in ours.description.plastic])
     assert drawn.mean() == pytest.approx(lazy.weights.mean(), abs=0.01)
 
@@ -181,7 +192,7 @@ WRONG = {
     "source is 'z'": [[Neurons("a", 1)], [], [Modulator(source="z")]],
     "all must be of one": [
         [Neurons("a", 1)],
-        [Synapses("a", "a", rule=RULE), Synapses("a", "a", name="b", rule=Rule(on_pre, on_post, follow))],
+        [Synapses("a", "a", rule=RULE), Synapses("a", "a", name="b", rule=triplet_stdp())],
     ],
 }  # fmt: skip
 

@@ -173,6 +173,9 @@ class NetworkDescription:
 
     def check(self) -> NetworkDescription:
         """Return it with every name and modulator spelt out."""
+        for kind, items in ((Neurons, self.populations), (Synapses, self.projections), (Modulator, self.modulators)):
+            if not all(isinstance(item, kind) for item in items):
+                raise SclaError(f"a description holds something else where it should hold {kind.__name__}(...)")
         sizes = {population.name: population.size for population in self.populations}
         _require(len(sizes) > 0, "a network without populations: it must have one or more")
         _unique("population", [population.name for population in self.populations])

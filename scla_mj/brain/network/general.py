@@ -100,13 +100,14 @@ class GeneralNetwork(Connections):
             SclaError: a name is unknown, or a number is not valid.
         """
         names = [modulator.name for modulator in self.description.modulators]
+        if not names:
+            raise SclaError("this network has no modulator to release: give it a plastic projection or a Modulator")
         amounts = dict.fromkeys(names, amount) if not isinstance(amount, Mapping) else amount
         for name in amounts:
             if name not in names:
                 raise SclaError(f"amount names {shown(name)}, which is no modulator: known are {', '.join(names)}")
         delay_steps = self._in_steps("delay_ms", delay_ms)
-        if names:
-            self.release_dopamine([amounts.get(name, 0.0) for name in names], delay_steps=delay_steps)
+        self.release_dopamine([amounts.get(name, 0.0) for name in names], delay_steps=delay_steps)
 
     @property
     def dopamine(self) -> NDArray[np.float64]:
