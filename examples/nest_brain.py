@@ -4,9 +4,9 @@
     scla-mj rollout runs/nest --brain .nest/bin/python:examples/nest_brain.py --protocol sensed-start
 
 What the robot perceives, its cell or the direction of the target, makes five neurons fire. They excite four motor
-populations through `stdp_dopamine_synapse`; the most active one decides. Dopamine neurons fire at their baseline, more
-after a hit and less after any other move. NEST keeps traces, queues and generators of its own that cannot be read
-back: such a run is seeded, but it cannot be resumed.
+populations through `stdp_dopamine_synapse`; the most active one decides, and then fires alone for a moment, so that its
+synapses remember it. Dopamine neurons fire at their baseline, more after a hit and less after any other move. NEST
+keeps traces, queues and generators of its own that cannot be read back: such a run is seeded, but cannot be resumed.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ import numpy as np
 
 PER_PLACE, PER_MOTOR, DOPAMINE_NEURONS = 5, 10, 5
 NAMES = ("up", "down", "left", "right")
-BASELINE_HZ, WINDOW_MS = 20.0, 50.0
+BASELINE_HZ = 20.0
 
 
 class Brain:
@@ -24,14 +24,14 @@ class Brain:
 
     @dataclass(frozen=True)
     class Settings:
-        learning_rate: float = 1.0
-        noise_hz: float = 800.0
+        learning_rate: float = 0.001
+        noise_hz: float = 400.0
         """Of the Poisson spikes that each motor neuron gets beside the places'."""
 
     def __init__(self, run, settings):
         self.run, self.made = run, 0
         self.places = run.cells[0] * run.cells[1] + len(NAMES)
-        nest.set_verbosity("M_ERROR")
+        nest.verbosity = nest.VerbosityLevel.ERROR
         nest.ResetKernel()
         nest.set(resolution=run.step_ms, rng_seed=run.seed % (2**32 - 1) + 1)
         self.generators = nest.Create("poisson_generator", self.places)
@@ -40,19 +40,22 @@ class Brain:
         noise = nest.Create("poisson_generator", params={"rate": settings.noise_hz})
         self.reward = nest.Create("poisson_generator", params={"rate": BASELINE_HZ})
         dopamine = nest.Create("parrot_neuron", DOPAMINE_NEURONS)
-        transmitter = nest.Create("volume_transmitter")
+        transmitter = nest.Create("volume_transmitter", params={"deliver_interval": 10})
+        self.efference = nest.Create("dc_generator", len(NAMES))
         self.recorder = nest.Create("spike_recorder")
         for place in range(self.places):
             nest.Connect(self.generators[place], self.inputs[PER_PLACE * place : PER_PLACE * (place + 1)])
-        nest.Connect(noise, self.motors, syn_spec={"weight": 2.0})
+        for number, current in enumerate(self.efference):
+            nest.Connect(current, self.motors[PER_MOTOR * number : PER_MOTOR * (number + 1)])
+        nest.Connect(noise, self.motors, syn_spec={"weight": 1.0})
         nest.Connect(self.reward, dopamine)
         nest.Connect(dopamine, transmitter)
         # The baseline's mean concentration changes nothing: below it weights turn round.
         tau_n, rate = 50.0, BASELINE_HZ * DOPAMINE_NEURONS / 1000.0
-        learning = {"A_plus": settings.learning_rate, "A_minus": 0.0, "tau_c": 100.0, "tau_n": tau_n, "b": rate}
-        bounds = {"Wmin": 0.0, "Wmax": 15.0, "volume_transmitter": transmitter}
+        learning = {"A_plus": settings.learning_rate, "A_minus": 0.0, "tau_c": 50.0, "tau_n": tau_n, "b": rate}
+        bounds = {"Wmin": 0.0, "Wmax": 2.0, "volume_transmitter": transmitter}
         nest.CopyModel("stdp_dopamine_synapse", "learning", learning | bounds)
-        nest.Connect(self.inputs, self.motors, syn_spec={"synapse_model": "learning", "weight": 4.0, "delay": 1.0})
+        nest.Connect(self.inputs, self.motors, syn_spec={"synapse_model": "learning", "weight": 0.6, "delay": 1.0})
         nest.Connect(self.inputs, self.recorder)
         nest.Connect(self.motors, self.recorder)
         self.synapses = nest.GetConnections(self.inputs, self.motors)
@@ -70,8 +73,7 @@ class Brain:
         self.recorder.n_events = 0
         self.began_ms = nest.biological_time
         nest.Simulate(self.run.thinking_ms)
-        self.generators[place].rate = 0.0
-        self.made += 1
+        self.place, self.made = place, self.made + 1
         self.events = self.recorder.events
         motor = (self.events["senders"] - self.motors[0].global_id) // PER_MOTOR
         counts = np.bincount(motor[motor >= 0], minlength=len(NAMES))
@@ -79,10 +81,14 @@ class Brain:
         return {"action": chosen[0], "motor_spikes": counts.tolist()}
 
     def learn(self, feedback):
+        self.efference.amplitude = [400.0 if number == feedback.executed else -400.0 for number in range(len(NAMES))]
+        nest.Simulate(20.0)
+        self.efference.amplitude = 0.0
+        self.generators[self.place].rate = 0.0
         self.reward.rate = 10 * BASELINE_HZ if feedback.hit else 0.5 * BASELINE_HZ
-        nest.Simulate(WINDOW_MS)
+        nest.Simulate(50.0)
         self.reward.rate = BASELINE_HZ
-        nest.Simulate(6 * WINDOW_MS)  # eligibility is forgotten before the next decision
+        nest.Simulate(150.0)  # what is eligible is forgotten before the next decision
 
     def weights(self):
         """Return the weights by projection, (4, places, motor neurons)."""

@@ -9,6 +9,7 @@ from typing import Final
 
 from scla_mj import __version__
 from scla_mj.cli.bench import Bench, bench_command
+from scla_mj.cli.export import Export
 from scla_mj.cli.figures import Figures
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
@@ -25,6 +26,7 @@ COMMANDS: Final = {
     "resume": Resume,
     "inspect": Inspect,
     "figures": Figures,
+    "export": Export,
     "reproduce": Reproduce,
     "bench": Bench,
 }
