@@ -70,11 +70,12 @@ def _class(name: str, script: Path, _: int) -> type[Brain]:
         declared = [(_LIMIT, "float", _LIMIT_S), *child.hello["settings"]]
         fields = [(field, _KINDS[kind], default) for field, kind, default in declared]
         settings = dataclasses.make_dataclass("Settings", fields, frozen=True)
+        versions = {f"bridge {package}": str(version) for package, version in child.hello["versions"].items()}
         kind = ResumableBridge if child.hello["resumable"] else Bridge
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         kinds = ", ".join(_KINDS)
         raise SclaError(f"--brain {name}: a setting must be one of {kinds}, with a default; {error!r}") from error
-    return type("Bridge", (kind,), {"Settings": settings, "name": name, "waiting": [child]})
+    return type("Bridge", (kind,), {"Settings": settings, "name": name, "versions": versions, "waiting": [child]})
 
 
 class _Child:
@@ -164,6 +165,8 @@ class Bridge(Brain):
 
     reads = ()
     name: ClassVar[str]
+    versions: ClassVar[dict[str, str]]
+    """Of the other Python, and of what the script imports by name."""
     waiting: ClassVar[list[_Child]]
     """The process that was asked for its settings, until a brain has taken it."""
 

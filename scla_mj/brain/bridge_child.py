@@ -10,6 +10,7 @@ import base64
 import dataclasses
 import json
 import os
+import platform
 import runpy
 import sys
 import traceback
@@ -73,13 +74,17 @@ class _Served:
     def _script_hello(self) -> dict[str, Any]:
         sys.path[0] = os.path.dirname(os.path.abspath(self._script))  # noqa: PTH100, PTH120
         sys.argv = [self._script]
-        self._kind = runpy.run_path(self._script, run_name="brain").get("Brain")
+        found = runpy.run_path(self._script, run_name="brain")
+        self._kind = found.get("Brain")
         if not isinstance(self._kind, type):
             raise TypeError("the script has no class Brain")
         settings = getattr(self._kind, "Settings", None)
         fields = dataclasses.fields(settings) if settings else ()
         kinds = [(field.name, getattr(field.type, "__name__", field.type), field.default) for field in fields]
-        return {"settings": kinds, "resumable": hasattr(self._kind, "state") and hasattr(self._kind, "restore")}
+        imported = {getattr(module, "__name__", ""): getattr(module, "__version__", None) for module in found.values()}
+        versions = {"python": platform.python_version(), **{name: v for name, v in imported.items() if name and v}}
+        resumable = hasattr(self._kind, "state") and hasattr(self._kind, "restore")
+        return {"settings": kinds, "resumable": resumable, "versions": versions}
 
     def _init(self, run: Any, settings: Any) -> Any:
         own = getattr(self._kind, "Settings", None)

@@ -23,7 +23,7 @@ from scla_mj.brain.baselines import (
     ReflexAutomataBrain,
     ShortestPathBrain,
 )
-from scla_mj.brain.bridge import bridge_class, is_bridge
+from scla_mj.brain.bridge import Bridge, bridge_class, is_bridge
 from scla_mj.brain.potjans import PotjansBrain
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.brain.scla_dopamine import DopamineBrain
@@ -108,21 +108,21 @@ class BrainCode(NamedTuple):
 def code_of(name: str) -> BrainCode:
     """Return what decides the bits of a brain besides scla-mj; nothing does for one of `BRAINS`.
 
-    The packages are those that its module imports by name; of a brain in another Python they are not known.
+    The packages are those that its module, or its script in another Python, imports by name.
     """
     if name in BRAINS:
         return BrainCode()
-    file: str | None
-    if is_bridge(name):
-        file, imports = name.rpartition(":")[2], []
+    kind = find_brain(name)
+    module = sys.modules[kind.__module__]
+    file, digest = getattr(module, "__file__", None), None
+    if issubclass(kind, Bridge):
+        file, versions = name.rpartition(":")[2], kind.versions
     else:
-        module = sys.modules[find_brain(name).__module__]
-        file, imports = getattr(module, "__file__", None), list(vars(module).values())
-    digest = None
+        versions = dict(_versions_of_imports(vars(module).values()))
     if file is not None:
         with contextlib.suppress(OSError), open(file, "rb") as content:  # noqa: PTH123
             digest = hashlib.file_digest(content, "sha256").hexdigest()
-    return BrainCode(file, digest, dict(_versions_of_imports(imports)))
+    return BrainCode(file, digest, versions)
 
 
 def _versions_of_imports(values: Iterable[Any]) -> Iterator[tuple[str, str]]:

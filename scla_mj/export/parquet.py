@@ -57,6 +57,7 @@ def tables(run: StoredRun) -> Iterator[tuple[str, pa.Table]]:
 def final_weights(run: StoredRun) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield the weights of every projection by its name, as they were at the run's end."""
     weights = run.brain.weights
+    assert weights is not None
     for number, name in enumerate(() if run.anatomy is None else run.anatomy.projection_names):
         yield name, weights[name] if isinstance(weights, dict) else weights[number]
 
