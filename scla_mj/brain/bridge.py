@@ -70,7 +70,7 @@ def _class(name: str, script: Path, _: int) -> type[Brain]:
         declared = [(_LIMIT, "float", _LIMIT_S), *child.hello["settings"]]
         fields = [(field, _KINDS[kind], default) for field, kind, default in declared]
         settings = dataclasses.make_dataclass("Settings", fields, frozen=True)
-        versions = {f"bridge {package}": str(version) for package, version in child.hello["versions"].items()}
+        versions = {f"bridge.{package}": str(version) for package, version in child.hello["versions"].items()}
         kind = ResumableBridge if child.hello["resumable"] else Bridge
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         kinds = ", ".join(_KINDS)

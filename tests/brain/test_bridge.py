@@ -128,7 +128,7 @@ def test_a_run_goes_on_after_its_process_died_as_if_it_had_not(tmp_path, monkeyp
     assert "is code of its own: name it again" in capfd.readouterr().err
     assert main(["resume", "run", "--brain", f"{sys.executable}:mine.py"]) == 0
     assert rollout(tmp_path, monkeypatch, dies, run="whole") == 0
-    assert scla_mj.load_run("run").versions["bridge python"] == platform.python_version()
+    assert scla_mj.load_run("run").versions["bridge.python"] == platform.python_version()
     assert (tmp_path / "run/decisions.parquet").read_bytes() == (tmp_path / "whole/decisions.parquet").read_bytes()
 
 

@@ -29,5 +29,5 @@ def test_a_network_of_another_simulator_drives_the_robot_under_its_own_names(sim
     assert set(spikes.population) <= {"places", "up", "down", "left", "right"} and "places" in spikes.population
     for motor in ("up", "down", "left", "right"):
         assert np.sum(spikes.population == motor) == run.decisions[f"spikes_{motor}"][1].as_py()
-    assert f"bridge {simulator}" in run.versions
+    assert f"bridge.{simulator}" in run.versions
     assert run.brain.weights.shape == (4, 145, 10)
