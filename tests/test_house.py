@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 LINES_AT_MOST = 300
 FUNCTION_LINES_AT_MOST = 50
 PACKAGE_LINES_AT_MOST = 23_300
-"""Anatomies, networks by description, foreign worlds, exports, and 1,900 for the environments of others; 13,500 is wanted."""
+"""Anatomies, networks by description, foreign worlds, exports, and 1,900 for environments; 13,500 is wanted."""
 ROOM_SHARE_AT_MOST = 0.25
 CORE_SHARE_AT_LEAST = 0.38
 CORE_ROOMS = {"brain", "loop", "world", "sense", "control"}
