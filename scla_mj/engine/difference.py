@@ -133,5 +133,7 @@ def _bits(column: pa.ChunkedArray) -> Any:
 def _difference_at(one: pa.Table, other: pa.Table | None, row: int) -> DecisionDifference:
     here = one.slice(row, 1).to_pylist()[0]
     there = here if other is None else other.slice(row, 1).to_pylist()[0]
-    columns = {name: (here[name], there[name]) for name in here.keys() & there if repr(here[name]) != repr(there[name])}
+    columns = {
+        name: (here[name], there[name]) for name in here if name in there and repr(here[name]) != repr(there[name])
+    }
     return DecisionDifference(here["epoch"], here["decision"], columns)

@@ -272,9 +272,15 @@ def test_the_first_decision_that_differs_is_named_with_both_values(run, made, ca
     assert code == 0, "a number that is none is the same as itself"
 
 
-def test_a_count_of_spikes_differs_from_none(run, made, capsys):
-    change_rows(run, "spikes_MU", lambda counts: [*counts[:3], 5, *counts[4:]])
-    code, out = against(run, made, capsys)
+def test_a_count_of_spikes_differs_from_none(run, made, tmp_path, capsys):
+    other = shutil.copytree(made, tmp_path / "other")
+    for path, count in ((run, 5), (other, None)):
+        counts = pa.array([1, 2, 3, count, *[None] * 32], pa.int32())
+        table = read_decisions(path)
+        table = table.add_column(table.num_columns - 1, SCHEMA.field("spikes_MU"), counts)
+        pq.write_table(table, path / "decisions.parquet")
+        (path / "seal.json").unlink()
+    code, out = against(run, other, capsys)
     assert code == 1 and "epoch 1, decision 4, spikes_MU: 5 | None" in out
 
 
