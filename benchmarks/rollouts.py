@@ -145,7 +145,7 @@ def _recording_sheet(cost: Cost) -> Sheet:
 def fresh_network(config: RunConfig) -> Network:
     """Return the network of a run, before its first decision."""
     brain = simulate(config).brain
-    assert isinstance(brain, SclaBrain)
+    assert isinstance(brain, SclaBrain) and isinstance(brain.network, Network)
     return brain.network
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from scla_mj.clock import Clock, resolve_clock
-from scla_mj.config import PlasticityConfig, RunConfig, flatten, option_of
+from scla_mj.config import NetworkConfig, PlasticityConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
 from scla_mj.markov import ceiling_hits_per_1000, chance_hits_per_1000
@@ -56,6 +56,7 @@ class CheckedConfig:
         self.clock: Final[Clock] = resolve_clock(self.config.clock)
         _check_weights(self.config)
         check_time_constants(self.config.plasticity, self.clock.neural_step_ms)
+        _check_neurons(self.config)
         _check_ranges(self.config)
         _check_epochs(self.config)
         _check_read(self.config)
@@ -141,9 +142,9 @@ def check_time_constants(plasticity: PlasticityConfig, neural_step_ms: float) ->
     Raises:
         SclaError: a time constant is shorter than a neural step.
     """
-    for name in ("stdp_tau_ms", "eligibility_tau_ms", "dopamine_tau_ms"):
+    for name in ("stdp_tau_ms", "stdp_tau_minus_ms", "eligibility_tau_ms", "dopamine_tau_ms"):
         tau_ms = getattr(plasticity, name)
-        if tau_ms < neural_step_ms:
+        if tau_ms < neural_step_ms and not (name == "stdp_tau_minus_ms" and tau_ms == 0.0):
             raise SclaError(
                 f"{option(('plasticity', name))} is {tau_ms:g}: it must be at least a neural step, "
                 f"{neural_step_ms:g} ms; raise it or choose a shorter --clock.neural-step-ms"
@@ -176,6 +177,23 @@ def _check_weights(config: RunConfig) -> None:
         raise SclaError("--network.weight-low is above --network.weight-high: swap them")
     if config.network.weight_high > config.network.weight_max:
         raise SclaError("--network.weight-high is above --network.weight-max: initial weights must lie within the clip")
+
+
+def is_papers(network: NetworkConfig, plasticity: PlasticityConfig) -> bool:
+    """Return whether the neurons are of the paper's types, and both STDP traces of one time constant."""
+    types = network.sensory_type, network.motor_type, network.inhibitory_type
+    of_one = plasticity.stdp_tau_minus_ms in (0.0, plasticity.stdp_tau_ms)
+    return of_one and types == ("regular-spiking", "regular-spiking", "fast-spiking")
+
+
+def _check_neurons(config: RunConfig) -> None:
+    neurons = config.network.neurons
+    if neurons % 1000:
+        raise SclaError(f"--network.neurons is {neurons}: it must be a multiple of 1000, as 2000")
+    if neurons > 1000 and not is_papers(config.network, config.plasticity):
+        raise SclaError(
+            "--network.neurons goes with the paper's types of neurons and one --plasticity.stdp-tau-ms: leave it out"
+        )
 
 
 def _check_ranges(config: RunConfig) -> None:

@@ -24,6 +24,10 @@ Scheme = Literal["reward-penalty", "reward-inaction", "reward-epsilon-penalty", 
 Precision = Literal["float32", "float64"]
 Modulation = Literal["signed", "scalar"]
 Credit = Literal["executed", "decided"]
+NeuronType = Literal[
+    "regular-spiking", "intrinsically-bursting", "chattering", "fast-spiking", "low-threshold-spiking",
+    "thalamo-cortical", "resonator",
+]  # fmt: skip
 Localisation = Literal["truth", "odometry", "sensors"]
 
 TINY: Final = 1e-6
@@ -115,6 +119,15 @@ class NetworkConfig(Section):
     """Weight from every motor neuron to every neuron of its own inhibitory population."""
     inhibitory_to_motor: Current = -0.6
     """Weight from every inhibitory neuron to every neuron of the three other motor populations; 0 switches it off."""
+    neurons: Annotated[int, Interval(ge=1000, le=100_000)] = 1000
+    """Neurons in all, a multiple of 1000: the populations grow in their proportions, the synapses of a neuron stay as
+    many."""
+    sensory_type: NeuronType = "regular-spiking"
+    """Parameters of the sensory neurons, by their name in Izhikevich 2003, Figure 2."""
+    motor_type: NeuronType = "regular-spiking"
+    """Those of the motor neurons."""
+    inhibitory_type: NeuronType = "fast-spiking"
+    """Those of the inhibitory neurons."""
     runs_while_driving: bool = True
     """One clock: neural time is physical time. Off, the network stands still while the wheels turn (an ablation:
     scla-printed, network)."""
@@ -130,8 +143,10 @@ class PlasticityConfig(Section):
     """A-: eligibility taken when a presynaptic spike follows a postsynaptic one; above A+ so that chance pairs
     weaken."""
     stdp_tau_ms: Annotated[float, Interval(ge=0.05, le=10_000.0)] = 20.0
-    """Time constant of both STDP traces (Izhikevich 2007). This one and the next two: not below the neural step, as
+    """Time constant of both STDP traces (Izhikevich 2007). This one and the next three: not below the neural step, as
     what has decayed within a step bridges nothing."""
+    stdp_tau_minus_ms: Annotated[float, Interval(ge=0.0, le=10_000.0)] = 0.0
+    """Time constant of the postsynaptic trace alone, by which a presynaptic spike depresses; 0 for that of both."""
     eligibility_tau_ms: TimeConstant = 1000.0
     """tau_c of equation 3: bridges the second between a spike and its reward (Izhikevich 2007)."""
     dopamine_tau_ms: TimeConstant = 200.0

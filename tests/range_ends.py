@@ -34,6 +34,8 @@ from scla_mj.validation import bounds
 STEP = "neural_step_ms"
 SECTIONS = {"network": NetworkConfig, "plasticity": PlasticityConfig}
 DECISION_S, DRIVEN_S = 1.0, 0.05
+DESCRIBED = {"neurons", "stdp_tau_minus_ms"}
+"""Numbers of a network that is described, or larger (tests/brain/test_scla_settings.py)."""
 CORNERS = 12
 """Random corners of the whole box of settings."""
 
@@ -52,7 +54,7 @@ def ends(kind: Any) -> dict[str, tuple[float, float]]:
     found = {}
     for name, hint in typing.get_type_hints(kind, include_extras=True).items():
         bare = typing.get_args(hint)[0] if typing.get_origin(hint) is typing.Annotated else hint
-        if bare in (int, float):
+        if bare in (int, float) and name not in DESCRIBED:
             found[name] = bounds(hint)
     return found
 

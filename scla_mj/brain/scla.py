@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY, Population, paper_anatomy
+from scla_mj.anatomy import MOTOR, PROJECTIONS, SENSORY, Population, paper_anatomy
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
+from scla_mj.brain.network.general import GeneralNetwork
 from scla_mj.brain.network.network import Network
+from scla_mj.brain.network.paper import paper_description
 from scla_mj.brain.reinforcement import Reinforcement
-from scla_mj.checked import CheckedConfig
+from scla_mj.checked import CheckedConfig, is_papers
 from scla_mj.config import Precision
 from scla_mj.grid import ACTIONS, Action
 from scla_mj.randomness import Consumer, generator
@@ -35,14 +37,18 @@ class SclaBrain(Brain):
         self._config = config
         self._clock = clock
         self.network = self.build_network(checked)
-        self.anatomy = paper_anatomy(weight_max=config.network.weight_max)
+        self.anatomy = paper_anatomy(config.network.neurons, config.network.weight_max)
+        populations = self.network.populations
+        self.sensory, self.motor, self.neurons = populations[0:4], populations[4:8], populations[-1].stop
         cells = config.grid.cells
         self.automata = LearningAutomata(cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN))
         self._reinforcement = Reinforcement(self.automata, config.automaton)
         self.states = self._reinforcement.states
         self._ties = generator(config.seed, Consumer.TIES)
-        self._sensory_drive = _drives(SENSORY, config.network.sensory_drive, config.network.precision)
-        self._advice_drive = _drives(MOTOR, config.network.advice_drive, config.network.precision)
+        self._sensory_drive = _drives(
+            self.sensory, self.neurons, config.network.sensory_drive, config.network.precision
+        )
+        self._advice_drive = _drives(self.motor, self.neurons, config.network.advice_drive, config.network.precision)
         release = config.plasticity.dopamine_release
         self._taught = {side: release * _taught_by(side) for side in Action}
         self._scalar = {hit: np.full(len(PROJECTIONS), release if hit else -release) for hit in (True, False)}
@@ -50,9 +56,14 @@ class SclaBrain(Brain):
         self._counts = self._thinking_counts = self.network.advance(0)
         self._thinking_spikes = self._driven_steps = 0
 
-    def build_network(self, checked: CheckedConfig) -> Network:
-        """Return the network of this brain. Override it for a network, or a learning rule (dense.py), of your own."""
+    def build_network(self, checked: CheckedConfig) -> Network | GeneralNetwork:
+        """Return the network of this brain. Override it for a network, or a learning rule (dense.py), of your own.
+
+        The paper's own has a kernel of its own; with other types of neurons or time constants it is a described one.
+        """
         config, step_ms = checked.config, checked.clock.neural_step_ms
+        if not is_papers(config.network, config.plasticity):
+            return GeneralNetwork(paper_description(config), seed=config.seed)
         return Network(config.network, config.plasticity, neural_step_ms=step_ms, seed=config.seed)
 
     def decide(self, percept: Percept) -> Decision:
@@ -101,7 +112,12 @@ class SclaBrain(Brain):
 
     def snapshot(self) -> Snapshot:
         """Return copies of the weights and the action probabilities."""
-        return Snapshot(self.network.weights, self.automata.probabilities)
+        network = self.network
+        if isinstance(network, GeneralNetwork):
+            weights = np.stack([network.weights(projection.name) for projection in PROJECTIONS])
+        else:
+            weights = network.weights
+        return Snapshot(weights, self.automata.probabilities)
 
     def state(self) -> dict[str, Any]:
         """Return the state of the network, the automata, what teaches them, and the generator for ties."""
@@ -148,9 +164,9 @@ class SclaBrain(Brain):
         self._reinforcement.signal(feedback, punish=punish)
 
 
-def _drives(populations: tuple[Population, ...], current: float, precision: Precision) -> NDArray[Any]:
-    """Return one row per population, (4, 1000): `current` into each of its neurons, none into the others."""
-    drives = np.zeros((len(populations), NEURON_COUNT), precision)
+def _drives(populations: tuple[Population, ...], neurons: int, current: float, precision: Precision) -> NDArray[Any]:
+    """Return one row per population, (4, neurons): `current` into each of its own, none into the others."""
+    drives = np.zeros((len(populations), neurons), precision)
     for drive, population in zip(drives, populations, strict=True):
         drive[population.start : population.stop] = current
     return drives

@@ -9,7 +9,7 @@ import numpy as np
 from annotated_types import Interval
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY
+from scla_mj.anatomy import MOTOR, PROJECTIONS, SENSORY
 from scla_mj.brain.dopamine import Critic
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.checked import CheckedConfig
@@ -18,8 +18,9 @@ from scla_mj.grid import Action
 from scla_mj.signals import Feedback, Outcome
 from scla_mj.validation import Section
 
-_HEARD: Final = SENSORY[0].size // 2
-"""Spikes of a sensory population in the thinking window: a driven one fires twice as many, one at rest at most 5."""
+_HEARD: Final = 0.5
+"""Spikes per neuron of a sensory population in the thinking window: a driven one fires twice as many, one at rest 0.05
+at most."""
 
 
 class DopamineBrain(SclaBrain):
@@ -40,7 +41,7 @@ class DopamineBrain(SclaBrain):
     """
 
     reads = (
-        "network.precision", "network.weight", "network.sensory", "network.advice", "network.motor",
+        "network.precision", "network.neurons", "network.weight", "network.sensory", "network.advice", "network.motor",
         "network.inhibitory", "plasticity.stdp", "plasticity.eligibility", "plasticity.dopamine-tau",
         "plasticity.learning", "automaton.scheme", "automaton.reward", "automaton.penalty", "automaton.epsilon",
         "automaton.discount",
@@ -119,7 +120,7 @@ class DopamineBrain(SclaBrain):
 
     def _rate(self) -> float:
         """Return the expectation of a hit that the winning motor population's rate expresses, at most 1."""
-        winner = self._thinking_counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].max() / MOTOR[0].size
+        winner = self._thinking_counts[len(SENSORY) : len(SENSORY) + len(MOTOR)].max() / self.motor[0].size
         return min(1.0, float(winner - 1.0) / (self._settings.certain_spikes - 1.0))
 
     def _hears(self) -> bool:
@@ -128,7 +129,9 @@ class DopamineBrain(SclaBrain):
         Without one no sensory synapse had a part in the decision; chance pairings of the background would all be
         strengthened by progress alike.
         """
-        return not self._settings.gate or bool(self._thinking_counts[: len(SENSORY)].max() >= _HEARD)
+        return not self._settings.gate or bool(
+            self._thinking_counts[: len(SENSORY)].max() >= _HEARD * self.sensory[0].size
+        )
 
     def _teach_automata(self, feedback: Feedback, dopamine: float) -> None:
         """Reward or penalise the executed action, unless it went astray: nobody chose it, so none is penalised."""
@@ -141,10 +144,10 @@ class DopamineBrain(SclaBrain):
                 self.automata.reward(feedback.after.cell, action.opposite)
 
     def _bursts(self, settings: Settings) -> NDArray[Any]:
-        """Return one row per executed direction, (4, 1000)."""
-        drives = np.zeros((len(Action), NEURON_COUNT), self._config.network.precision)
+        """Return one row per executed direction, (4, neurons)."""
+        drives = np.zeros((len(Action), self.neurons), self._config.network.precision)
         for action in Action:
-            for motor, population in zip(Action, MOTOR, strict=True):
+            for motor, population in zip(Action, self.motor, strict=True):
                 drive = settings.burst_drive if motor == action else settings.burst_suppression
                 drives[action, population.start : population.stop] = drive
         return drives

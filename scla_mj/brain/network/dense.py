@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import INHIBITORY, MOTOR, PROJECTIONS, SENSORY
+from scla_mj.anatomy import INHIBITORY, MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY
 from scla_mj.brain.network.kernel import NOT_FINITE
 from scla_mj.brain.network.network import Network, read_only
 from scla_mj.brain.network.parameters import FAST_SPIKING, REGULAR_SPIKING, V_LIMIT_MV
 from scla_mj.config import NetworkConfig, PlasticityConfig
+from scla_mj.errors import SclaError
 
 _SHAPE = (len(PROJECTIONS), SENSORY[0].size, MOTOR[0].size)
 
@@ -79,6 +80,8 @@ class DenseNetwork(Network):
         seed: int = 0,
         rule: Callable[..., PairSTDP] = PairSTDP,
     ) -> None:
+        if network.neurons != NEURON_COUNT:
+            raise SclaError(f"a DenseNetwork has {NEURON_COUNT} neurons: leave --network.neurons out")
         super().__init__(network, plasticity, neural_step_ms=neural_step_ms, seed=seed)
         self.rule = rule(plasticity, neural_step_ms=float(neural_step_ms))
         self._config, self._step_ms = network, neural_step_ms

@@ -15,7 +15,7 @@ from scla_mj.brain.network.inputs import count, fill
 from scla_mj.brain.network.memory import arrays_of, initialise, new_memory
 from scla_mj.brain.network.parameters import build_parameters
 from scla_mj.brain.network.window import Spikes, Window
-from scla_mj.checked import check, option
+from scla_mj.checked import check, is_papers, option
 from scla_mj.config import ClockConfig, NetworkConfig, PlasticityConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.restoring import restore_whole
@@ -35,7 +35,8 @@ class Network(Window):
         plasticity: STDP, eligibility and dopamine.
         neural_step_ms: length of one step.
         seed: of the initial weights and of the noise; a run with this seed has the same network.
-        neurons: N, a multiple of 1000 up to a million; a larger network has as many synapses per neuron (anatomy.py).
+        neurons: N, a multiple of 1000 up to a million, `network.neurons` if not given; a larger network has as many
+            synapses per neuron (anatomy.py).
 
     Attributes:
         populations: the 12 populations, each with `name`, `start` and `stop`: neurons [start, stop).
@@ -62,9 +63,9 @@ class Network(Window):
         *,
         neural_step_ms: float = 1.0,
         seed: int = 0,
-        neurons: int = NEURON_COUNT,
+        neurons: int | None = None,
     ) -> None:
-        neurons = count("neurons", neurons, most=_MOST_NEURONS)
+        neurons = count("neurons", network.neurons if neurons is None else neurons, most=_MOST_NEURONS)
         if neurons < NEURON_COUNT or neurons % NEURON_COUNT:
             raise SclaError(f"a network of {neurons} neurons has no such populations: choose a multiple of 1000")
         asked = {"neural_step_ms": neural_step_ms}
@@ -72,6 +73,11 @@ class Network(Window):
         clock = ClockConfig(neural_step_ms, neural_step_ms, *[20 * neural_step_ms] * 3)  # the others fit any step
         checked = check(RunConfig(network=network, plasticity=plasticity, seed=seed, clock=clock)).config
         network, plasticity = checked.network, checked.plasticity
+        if not is_papers(network, plasticity):
+            raise SclaError(
+                "a Network has regular and fast spiking neurons and one STDP time constant: for others describe it, "
+                "Network.from_description(paper_description(config)) of scla_mj.brain.network.paper"
+            )
         self.populations = populations_of(neurons)
         self._real = np.dtype(network.precision)
         self.parameters = build_parameters(network, plasticity, neural_step_ms=neural_step_ms, neurons=neurons)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from scla_mj.anatomy import INHIBITORY, MOTOR, PROJECTIONS, SENSORY
 from scla_mj.brain.network.description import (
+    IZHIKEVICH_TYPES,
     Modulator,
     NetworkDescription,
     Neurons,
@@ -12,6 +15,9 @@ from scla_mj.brain.network.description import (
 )
 from scla_mj.brain.network.rules import modulated_stdp
 from scla_mj.config import RunConfig
+
+_TYPES: Final = {name.replace(" ", "-"): name for name in IZHIKEVICH_TYPES}
+"""The neurons' types, by their names among the settings."""
 
 
 def paper_description(config: RunConfig) -> NetworkDescription:
@@ -24,15 +30,15 @@ def paper_description(config: RunConfig) -> NetworkDescription:
         plasticity.stdp_potentiation,
         plasticity.stdp_depression,
         pre_tau_ms=plasticity.stdp_tau_ms,
-        post_tau_ms=plasticity.stdp_tau_ms,
+        post_tau_ms=plasticity.stdp_tau_minus_ms or plasticity.stdp_tau_ms,
         rate=plasticity.learning_rate_per_ms * step_ms,
         eligibility_tau_ms=plasticity.eligibility_tau_ms,
         high=network.weight_max,
     )
     kinds = (
-        (SENSORY, "regular spiking", network.sensory_noise, "sensory"),
-        (MOTOR, "regular spiking", network.motor_noise, "motor"),
-        (INHIBITORY, "fast spiking", network.inhibitory_noise, "inhibitory"),
+        (SENSORY, _TYPES[network.sensory_type], network.sensory_noise, "sensory"),
+        (MOTOR, _TYPES[network.motor_type], network.motor_noise, "motor"),
+        (INHIBITORY, _TYPES[network.inhibitory_type], network.inhibitory_noise, "inhibitory"),
     )
     plastic = [
         Synapses(
