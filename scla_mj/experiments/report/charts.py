@@ -216,7 +216,7 @@ def _draw_dots(names: Sequence[str], values: Array, ends: Array, baselines: Arra
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_xlim(least, max(101.0, float(np.nanmax(seen)) + 1.0))
         axes.set_xlabel("percent of ceiling, settled")
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
+        figure.legend(loc="outside upper left", ncols=3)
         return figure
 
 
