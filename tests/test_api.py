@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -28,7 +29,9 @@ def test_every_program_of_the_page_runs(page, number, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
-    exec(compile(blocks(page)[number], f"{page.name}, program {number + 1}", "exec"), {"__name__": "__main__"})
+    program = types.ModuleType("__main__")  # where a brain of the program's own is found
+    monkeypatch.setitem(sys.modules, "__main__", program)
+    exec(compile(blocks(page)[number], f"{page.name}, program {number + 1}", "exec"), program.__dict__)
 
 
 def test_importing_the_package_imports_nothing_heavy_and_takes_no_time():
