@@ -185,8 +185,8 @@ def test_a_recording_has_whole_weights_once_in_a_hundred_decisions_however_short
     config = dataclasses.replace(QUICK, epochs=120 // decisions, decisions=decisions, telemetry="light")
     rollout(config, tmp_path / "run", pictures=False)
     assert seen == recorded
-    weights = inspect_recording(tmp_path / "run" / "recording.rrd").weights
-    assert np.array_equal(np.stack(list(weights.values())), read_brain(tmp_path / "run").weights), "the last are recorded too"
+    weights = np.stack(list(inspect_recording(tmp_path / "run" / "recording.rrd").weights.values()))
+    assert np.array_equal(weights, read_brain(tmp_path / "run").weights), "the last are recorded too"
 
 
 @pytest.mark.parametrize("brain", ["automaton", "network", "random", "q-learning", "shortest-path"])

@@ -33,7 +33,8 @@ def test_the_documented_experiment_is_run_compared_and_judged(tmp_path):
     out = tmp_path / "out"
     assert done.stdout == f"The report:  {Path('out') / 'report.html'}\n"
     assert [row["ablation"] for row in rows_of(out, "table-ablations-scla")] == ["penalty rate 0.1"]
-    assert {row["against"] for row in rows_of(out, "table-tests-ablations-scla")} == {"SCLA with one dopamine, any-start"}
+    against = {row["against"] for row in rows_of(out, "table-tests-ablations-scla")}
+    assert against == {"SCLA with one dopamine, any-start"}
     assert rows_of(out, "table-targets")[0]["verdict"] in ("reached", "missed")
     assert "A Python call of `reproduce` wrote the report" in (out / "report.md").read_text(encoding="utf-8")
 
