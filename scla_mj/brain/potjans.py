@@ -158,17 +158,7 @@ class PotjansBrain(Brain):
 
     def activity(self) -> Activity:
         """Return the spikes of the thinking window and of the drive, mean weights and dopamine."""
-        spikes = self.network.spikes()
-        return Activity(
-            spike_step=spikes.step,
-            spike_neuron=spikes.neuron,
-            thinking_spikes=self._thinking_spikes,
-            thinking_steps=self._clock.thinking_steps,
-            steps=self._clock.thinking_steps + self._driven_steps,
-            mean_weights=self.network.mean_weights(),
-            dopamine=self.network.dopamine,
-            counts=(self._thinking_counts, self._counts),
-        )
+        return self.network.activity(self._clock.thinking_steps, self._thinking_spikes, self._thinking_counts)
 
     def snapshot(self) -> Snapshot:
         """Return copies of the weights, by projection."""

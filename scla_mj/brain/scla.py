@@ -53,8 +53,7 @@ class SclaBrain(Brain):
         self._taught = {side: release * _taught_by(side) for side in Action}
         self._scalar = {hit: np.full(len(PROJECTIONS), release if hit else -release) for hit in (True, False)}
         self._delay_steps = round(config.plasticity.dopamine_delay_s * 1000.0 / clock.neural_step_ms)
-        self._counts = self._thinking_counts = self.network.advance(0)
-        self._thinking_spikes = self._driven_steps = 0
+        self._thinking_counts, self._thinking_spikes = self.network.advance(0), 0
 
     def build_network(self, checked: CheckedConfig) -> Network | GeneralNetwork:
         """Return the network of this brain. Override it for a network, or a learning rule (dense.py), of your own.
@@ -75,8 +74,7 @@ class SclaBrain(Brain):
             advised = self.automata.draw(percept.cell)
             drive = self._advice_drive[advised]
         thought = self.network.advance(self._clock.thinking_steps, drive)
-        self._thinking_counts = self._counts = thought
-        self._thinking_spikes, self._driven_steps = self.network.spike_count, 0
+        self._thinking_counts, self._thinking_spikes = thought, self.network.spike_count
         up, down, left, right = thought[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
         counts = (up, down, left, right)
         return Decision(self._busiest(counts), advised, counts)
@@ -85,9 +83,7 @@ class SclaBrain(Brain):
         """Run the network, driven by its noise only, while the wheels turn."""
         if not self._config.network.runs_while_driving:
             return
-        steps = round(duration_s * 1000.0 / self._clock.neural_step_ms)
-        self._driven_steps = steps
-        self._counts = self.network.advance(steps, extend=True)
+        self.network.advance(round(duration_s * 1000.0 / self._clock.neural_step_ms), extend=True)
 
     def learn(self, feedback: Feedback) -> None:
         """Release dopamine for a sensed target, and pass the reinforcement signal on to the automata."""
@@ -98,17 +94,7 @@ class SclaBrain(Brain):
 
     def activity(self) -> Activity:
         """Return the spikes of the thinking window and of the drive, mean weights and dopamine."""
-        spikes = self.network.spikes()
-        return Activity(
-            spike_step=spikes.step,
-            spike_neuron=spikes.neuron,
-            thinking_spikes=self._thinking_spikes,
-            thinking_steps=self._clock.thinking_steps,
-            steps=self._clock.thinking_steps + self._driven_steps,
-            mean_weights=self.network.mean_weights(),
-            dopamine=self.network.dopamine,
-            counts=(self._thinking_counts, self._counts),
-        )
+        return self.network.activity(self._clock.thinking_steps, self._thinking_spikes, self._thinking_counts)
 
     def snapshot(self) -> Snapshot:
         """Return copies of the weights and the action probabilities."""

@@ -89,6 +89,7 @@ class DopamineBrain(SclaBrain):
         )
         self.states = self.critic.states
         self.prediction_error = 0.0
+        self._driven_steps = 0
         self._settings = settings
         self._burst_drive = self._bursts(settings)
         self._steps_per_s = 1000.0 / checked.clock.neural_step_ms
@@ -112,7 +113,7 @@ class DopamineBrain(SclaBrain):
         self.network.advance(crossing - burst, extend=True)
         if self._hears():
             self.network.release_dopamine(np.full(len(PROJECTIONS), dopamine))
-        self._counts = self.network.advance(self._driven_steps - crossing, extend=True)
+        self.network.advance(self._driven_steps - crossing, extend=True)
         self._teach_automata(feedback, dopamine)
 
     def _parts(self) -> dict[str, Any]:

@@ -101,11 +101,6 @@ class QLearningBrain(TabularBrain):
         """Q of the cells, (W, H, 4); a view."""
         return self.of_cells(self._table)
 
-    @property
-    def sensed_values(self) -> NDArray[np.float64]:
-        """Q of the sensed directions, (4, 4), which only `--brain.sensing state` learns; a view."""
-        return self._table[-len(ACTIONS) :]
-
     def choose(self, row: int) -> Action:
         """Choose a best action, ties broken at random; with probability epsilon any action."""
         if self._rng.random() < self._settings.epsilon:

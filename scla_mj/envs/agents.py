@@ -25,11 +25,11 @@ def _is_rewarded(reward: float, terminated: bool) -> bool:
 class BrainAgent:
     """A brain that acts in an environment it knows nothing of: `act(observation)`, then `learn(...)` what came of it.
 
-    The environment has four moves on a grid. The brain is told what our own are told: its cell, what it executed,
-    whether it was blocked, whether it hit, and a goal in a neighbouring cell. What ends an episode without a hit, or
-    leads neither to the same cell nor to the next one (a hole, a cliff), counts as a bump: the move was bad, and the
-    brain is where it was. A move lasts as long as one of our robot, so that spikes, traces and dopamine decay as they
-    do there, unless the info has `duration_s` and `crossed_s`.
+    The environment has four moves on a grid. The brain gets the same feedback as in a rollout: its cell, what it
+    executed, whether it was blocked, whether it hit, and a goal in a neighbouring cell. What ends an episode without
+    a hit, or leads neither to the same cell nor to the next one (a hole, a cliff), counts as a bump: the move was bad,
+    and the brain is where it was. A move lasts as long as one of our robot, so that spikes, traces and dopamine decay
+    as they do there, unless the info has `duration_s` and `crossed_s`.
 
     Args:
         config: the brain with its settings and its seed; `cells` must be those of the environment.
@@ -83,7 +83,7 @@ class BrainAgent:
     def learn(
         self, observation: Any, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]
     ) -> Feedback:
-        """Tell the brain what `env.step` returned for its last action; return what it was told.
+        """Let the brain learn from what `env.step` returned for its last action; return the feedback.
 
         Raises:
             SclaError: it has not acted since.

@@ -64,7 +64,7 @@ class GridMoveEnv(TaskEnv):
     row; and after 200 moves (a `TimeLimit`: `max_episode_steps=-1` takes it off).
 
     Reset: in a start cell of the protocol, facing one of four directions. `reset(seed=s)` starts a run of that seed at
-    time 0, bit for bit what `scla-mj rollout --seed s` starts; `reset()` goes on with it as a rollout does after a hit.
+    time 0, with the same bits as `scla-mj rollout --seed s`; `reset()` continues as a rollout after a hit.
 
     Info, numbers only: `time_s`, the run's time. After a step also `duration_s` of the drive, `crossed_s`, when the
     axle crossed into the next cell (0 where it did not), `position_error_m` (NaN after a fall), `executed`, the

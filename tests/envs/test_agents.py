@@ -1,4 +1,4 @@
-"""Our brains in other environments: what they are told, and that they learn."""
+"""Our brains in other environments: the feedback that they get, and that they learn."""
 
 import importlib.util
 from pathlib import Path

@@ -12,6 +12,7 @@ from scla_mj.brain.network.inputs import MOST_DOPAMINE, MOST_STEPS, count, curre
 from scla_mj.brain.network.kernel import NOT_FINITE
 from scla_mj.brain.network.parameters import STRETCH_STEPS
 from scla_mj.errors import SclaError
+from scla_mj.signals import Activity
 
 _SPIKES_PER_CALL: Final = 4_000_000
 """Room for a spike of every neuron in every step of one call of the kernel: longer runs take several calls."""
@@ -85,6 +86,34 @@ class Window(ABC):
         """Return the window's spikes; copies."""
         count = self.spike_count
         return Spikes(self._spike_step[:count].copy(), self._spike_neuron[:count].copy(), self._counts.copy())
+
+    def activity(self, thinking: int, spikes: int, counts: NDArray[np.int64]) -> Activity:
+        """Return the window as a decision's activity.
+
+        Args:
+            thinking: steps of the decision window, its beginning.
+            spikes: their number in these steps.
+            counts: the same by population, (P,).
+        """
+        return Activity(
+            spike_step=self._spike_step[: self.spike_count].copy(),
+            spike_neuron=self._spike_neuron[: self.spike_count].copy(),
+            thinking_spikes=spikes,
+            thinking_steps=thinking,
+            steps=self._window_steps,
+            mean_weights=self.mean_weights(),
+            dopamine=self.dopamine,
+            counts=(counts, self._counts.copy()),
+        )
+
+    @abstractmethod
+    def mean_weights(self) -> NDArray[np.float64]:
+        """Return each plastic projection's mean weight."""
+
+    @property
+    @abstractmethod
+    def dopamine(self) -> NDArray[np.float64]:
+        """The concentration at each plastic projection."""
 
     def release_dopamine(self, amount: ArrayLike, *, delay_steps: int = 0) -> None:
         """Add a signed amount to each concentration, (M,), now or after some steps.
