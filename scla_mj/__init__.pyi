@@ -36,6 +36,7 @@ from .disturbances import DisturbanceConfig as DisturbanceConfig
 from .disturbances import with_sets as with_sets
 from .engine.build import build_task as build_task
 from .engine.build import simulate as simulate
+from .engine.build import simulate_fleet as simulate_fleet
 from .engine.resume import resume as resume
 from .engine.rollout import rollout as rollout
 from .engine.stored_run import StoredRun as StoredRun
@@ -45,6 +46,7 @@ from .errors import SclaError as SclaError
 from .grid import Action as Action
 from .grid import Cell as Cell
 from .grid import Grid as Grid
+from .loop.fleet_simulation import FleetSimulation as FleetSimulation
 from .loop.simulation import Simulation as Simulation
 from .loop.task import Step as Step
 from .loop.task import Task as Task

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from scla_mj.brain.base import Brain
@@ -12,8 +13,11 @@ from scla_mj.checked import CheckedConfig, check, require_undisturbed
 from scla_mj.config import RunConfig
 from scla_mj.engine.checked_brain import CheckedBrain
 from scla_mj.engine.compile_ahead import CompiledAhead
+from scla_mj.errors import SclaError
 from scla_mj.loop.action_noise import ActionNoise
 from scla_mj.loop.drive import Driver
+from scla_mj.loop.fleet import Fleet
+from scla_mj.loop.fleet_simulation import FleetSimulation
 from scla_mj.loop.localiser import Localiser
 from scla_mj.loop.periods import run_periods
 from scla_mj.loop.simulation import Simulation
@@ -52,6 +56,32 @@ def simulate(config: RunConfig | CheckedConfig, *, robot: Robot = ROBOT) -> Simu
     before_first_drive = None if ahead is None else ahead.join
     task = build_task(checked, robot=robot, sensors=brain.sensors, before_first_drive=before_first_drive)
     return Simulation(checked, task, brain)
+
+
+def simulate_fleet(
+    config: RunConfig | CheckedConfig, seeds: Iterable[int], *, threads: int | None = None
+) -> FleetSimulation:
+    """Return one robot with a brain for each seed, in one process: each `step()` makes one decision of all of them.
+
+    Every robot decides and moves as the one that `simulate` returns for its seed, to the bit.
+
+    Args:
+        config: the settings of all robots, but for the seed.
+        seeds: one for each robot.
+        threads: how many run them; None for one per core that this process may use.
+
+    Raises:
+        SclaError: the configuration or a seed cannot be run; the robots are disturbed or localise themselves, or the
+            brain has sensors of its own: those need a process each (`scla-mj reproduce`, or `simulate`).
+    """
+    checked, seeds = check(config), list(seeds)
+    fleet = Fleet(checked, len(seeds), threads=threads)
+    brains = [watched_brain(check(dataclasses.replace(checked.config, seed=seed))) for seed in seeds]
+    if any(brain.sensors for brain in brains):
+        raise SclaError(f"--brain {checked.config.brain} has sensors of its own, which a fleet has not: use simulate")
+    for robot, seed in enumerate(seeds):
+        fleet.reseed(robot, seed)
+    return FleetSimulation(fleet, brains)
 
 
 def watched_brain(checked: CheckedConfig) -> Brain:

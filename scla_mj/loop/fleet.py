@@ -5,8 +5,9 @@ from __future__ import annotations
 import itertools
 import math
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import mujoco
 import numpy as np
@@ -25,9 +26,10 @@ from scla_mj.signals import TRAJECTORY_COLUMNS
 from scla_mj.world.world import World
 
 _INTEGRATION: Final = mujoco.mjtState.mjSTATE_INTEGRATION
-_CHUNKS_PER_THREAD: Final = 4
+_CHUNKS_PER_THREAD: Final = 8
 """Moves take longer and shorter: a thread that is done early takes another chunk."""
 MOST_ROBOTS: Final = 100_000
+_InChunks: TypeAlias = Callable[[Callable[[int, int], None]], None]
 
 
 class Came(NamedTuple):
@@ -71,7 +73,10 @@ class Fleet:
         self._targets = np.array([grid.target for grid in self._grids])
         self._sensed = np.array([_sensed(grid) for grid in self._grids])
         self._starts = [grid.start_cells(checked.config.protocol) for grid in self._grids]
-        self._bodies: Any = _Bodies(checked, number, threads) if body else _Twins(checked, number)
+        chunks = 1 if threads == 1 else min(number, _CHUNKS_PER_THREAD * threads)
+        self._chunks = list(itertools.pairwise(np.linspace(0, number, chunks + 1).astype(int).tolist()))
+        self._pool = ThreadPoolExecutor(min(threads, chunks)) if chunks > 1 else None
+        self._bodies: Any = _Bodies(checked, number, self.in_chunks) if body else _Twins(checked, number)
         self._jump_at, self._cross_at = ((epoch - 1) * per_epoch for epoch in (task.jump_epoch, task.crossed_epoch))
         self.cells = np.ones((number, 2), np.int64)
         self._jumped, self._crossed, self._decisions, self._failures, self._periods = np.zeros((5, number), np.int64)
@@ -156,15 +161,23 @@ class Fleet:
         qpos: NDArray[np.float64] = self._bodies.data[robot].qpos.copy()
         return qpos
 
+    def in_chunks(self, work: Callable[[int, int], None]) -> None:
+        """Call `work(first, last)` for all robots, some at a time, in the fleet's threads."""
+        if self._pool is None:
+            work(0, len(self.cells))
+        else:
+            list(self._pool.map(work, *zip(*self._chunks, strict=True)))
+
     def close(self) -> None:
         """End the threads."""
-        self._bodies.close()
+        if self._pool is not None:
+            self._pool.shutdown()
 
 
 class _Bodies:
     """The physics: one lean model, and data for every robot."""
 
-    def __init__(self, checked: CheckedConfig, number: int, threads: int) -> None:
+    def __init__(self, checked: CheckedConfig, number: int, in_chunks: _InChunks) -> None:
         grid, clock, config = checked.grid(), checked.clock, checked.config.controller
         self._world = world = World(grid, clock)
         self._model = model = world.model
@@ -186,12 +199,7 @@ class _Bodies:
                                for x in range(grid.cells[0])])  # fmt: skip
         self._fixed = (clock.thinking_controls, limit, whole, gains, open_cells, grid.cell_size_m)
         self._driven = empty_driven(number)
-        chunks = 1 if threads == 1 else min(number, _CHUNKS_PER_THREAD * threads)
-        bounds = np.linspace(0, number, chunks + 1).astype(int).tolist()
-        row_count = clock.thinking_controls + limit
-        self._chunks = [(first, last, np.empty((row_count, len(TRAJECTORY_COLUMNS))))
-                        for first, last in itertools.pairwise(bounds)]  # fmt: skip
-        self._pool = ThreadPoolExecutor(min(threads, chunks)) if chunks > 1 else None
+        self._row_count, self._in_chunks = clock.thinking_controls + limit, in_chunks
 
     def spawn(self, robot: int, cell: Cell, heading_rad: float) -> None:
         data = self.data[robot]
@@ -201,10 +209,11 @@ class _Bodies:
         self._steps[robot] = 0
 
     def drive(self, cells: NDArray[np.int64], driven: NDArray[np.int64]) -> Driven:
-        def run(chunk: tuple[int, int, NDArray[np.float64]]) -> None:
-            run_fleet(*chunk, cells, driven, self._driven, self._table, *self._fixed)
+        def run(first: int, last: int) -> None:
+            rows = np.empty((self._row_count, len(TRAJECTORY_COLUMNS)))
+            run_fleet(first, last, rows, cells, driven, self._driven, self._table, *self._fixed)
 
-        list((map if self._pool is None else self._pool.map)(run, self._chunks))
+        self._in_chunks(run)
         self._steps += self._driven.stepped * self._steps_per_period
         self._refuse_faults()
         return self._driven
@@ -215,10 +224,6 @@ class _Bodies:
             is_late = abs(data.time - elapsed_s[robot]) >= self._timestep_s / 2
             if not fallen[robot] and (is_late or any(warnings.tolist())):
                 raise SclaError(f"the physics of robot {robot} went wrong: use a smaller physics step")
-
-    def close(self) -> None:
-        if self._pool is not None:
-            self._pool.shutdown()
 
 
 class _Twins:
@@ -242,9 +247,6 @@ class _Twins:
         return self._driven._replace(
             after=after, outcome=blocked.astype(np.int64), crossed=np.where(blocked, 0, self._crossed)
         )
-
-    def close(self) -> None:
-        """There is nothing to end."""
 
 
 def _sensed(grid: Grid) -> list[list[int]]:
