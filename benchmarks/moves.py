@@ -16,6 +16,7 @@ from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.engine.build import simulate
 from scla_mj.errors import SclaError
+from scla_mj.extras import need
 from scla_mj.loop.drive import Driver
 from scla_mj.world.world import World
 
@@ -92,8 +93,12 @@ def _step_in_python(world: World, recorded: Recorded, steps: int) -> Iterator[No
 
 def _environment(world: World, steps: int, period_s: float) -> Any:
     """The world as a dm_control environment whose episodes never end by themselves."""
-    physics = world.physics  # imports dm_control without a display
+    need("dm_control", "the bench")
+    # isort: off
+    from scla_mj.envs.control import make_physics  # before dm_control: it chooses what that draws with
     from dm_control.rl import control
+    from dm_env import specs
+    # isort: on
 
     class Replay(control.Task):  # type: ignore[misc]  # dm_control has no types
         """Sets the commands it is given, and observes pose and speeds."""
@@ -107,8 +112,6 @@ def _environment(world: World, steps: int, period_s: float) -> Any:
 
         def action_spec(self, physics: Any) -> Any:
             """Describe the two commands."""
-            from dm_env import specs
-
             return specs.Array((physics.model.nu,), np.float64)
 
         def get_observation(self, physics: Any) -> Any:
@@ -119,7 +122,9 @@ def _environment(world: World, steps: int, period_s: float) -> Any:
             """Return nothing: what is timed is the stepping."""
             return 0.0
 
-    environment = control.Environment(physics, Replay(), control_timestep=period_s, n_sub_steps=None, legacy_step=False)
+    environment = control.Environment(
+        make_physics(world.data), Replay(), control_timestep=period_s, n_sub_steps=None, legacy_step=False
+    )
     assert environment._n_sub_steps == steps
     environment.reset()
     return environment

@@ -10,7 +10,7 @@ import importlib
 import importlib.util
 from typing import Any, Final
 
-from scla_mj.errors import SclaError
+from scla_mj.extras import need
 
 _PLACES: Final = {
     "GridMoveEnv": "scla_mj.envs.grid_move",
@@ -27,13 +27,9 @@ __all__ = list(_PLACES)
 def __getattr__(name: str) -> Any:
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if not _has_gymnasium() and name not in ("BrainAgent", "play"):
-        raise SclaError(f"{name} needs Gymnasium, which is not installed: run pip install 'scla-mj[gym]'")
+    if name not in ("BrainAgent", "play"):
+        need("gymnasium", name)
     return getattr(importlib.import_module(_PLACES[name]), name)
-
-
-def _has_gymnasium() -> bool:
-    return importlib.util.find_spec("gymnasium") is not None
 
 
 def _register() -> None:
@@ -52,5 +48,5 @@ def _register() -> None:
         )
 
 
-if _has_gymnasium():
+if importlib.util.find_spec("gymnasium") is not None:
     _register()

@@ -12,6 +12,7 @@ import numpy as np
 
 from scla_mj.engine.stored_run import StoredRun
 from scla_mj.errors import SclaError
+from scla_mj.extras import need
 from scla_mj.paths import CONFIG_JSON
 from scla_mj.runs.atomic import replacing
 
@@ -22,7 +23,6 @@ START: Final = datetime(2000, 1, 1, tzinfo=UTC)
 """When every session starts: a run's time is simulated and has no date, and the same run gives the same data."""
 _APART_S: Final = 2e-6
 """Between two trials: what touches to the microsecond is one interval to some readers."""
-_INSTALL: Final = "pip install 'scla-mj[nwb]'"
 _COLUMNS: Final = {
     "epoch": "of the run, from 1",
     "decision": "in its epoch, from 1",
@@ -48,10 +48,7 @@ def write_nwb(run: StoredRun, file: Path) -> None:
         SclaError: pynwb is not installed, the file is there, is no .nwb or cannot be written, or the recording is
             damaged.
     """
-    try:
-        from pynwb import NWBHDF5IO
-    except ImportError as error:
-        raise SclaError(f"--nwb needs pynwb, which cannot be imported ({error}): {_INSTALL}") from error
+    nwb = need("pynwb", "--nwb")
     if file.suffix != ".nwb":
         raise SclaError(f"--nwb {file} must end in .nwb: other programs know the format by it")
     taken = f"--nwb {file} is there already: choose another FILE, nothing is overwritten"
@@ -64,7 +61,7 @@ def write_nwb(run: StoredRun, file: Path) -> None:
         _add_neurons(content, run)
     with replacing(file, taken=taken) as scratch, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*does not end in '.nwb'")  # it will when it is whole
-        with NWBHDF5IO(str(scratch), "w") as stream:
+        with nwb.NWBHDF5IO(str(scratch), "w") as stream:
             stream.write(content)
 
 

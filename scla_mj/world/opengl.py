@@ -1,46 +1,69 @@
-"""dm_control over MuJoCo's data, and the OpenGL it loads: glfw first, which warns and cannot draw without a display."""
+"""OpenGL for pictures off screen: through a window where there is a display, otherwise through EGL or OSMesa."""
 
 from __future__ import annotations
 
-import contextlib
 import ctypes.util
+import importlib
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from typing import Any, Final
 
-from scla_mj.environment import with_or_without
+import mujoco
 
-_VARIABLE: Final = "MUJOCO_GL"
+from scla_mj.errors import SclaError
+from scla_mj.world.robot import one_line
 
-
-@contextlib.contextmanager
-def _opengl_without_display() -> Iterator[None]:
-    """While dm_control is imported, point it to EGL, or to none, unless there is a display or the user chose."""
-    has_display = not sys.platform.startswith("linux") or "DISPLAY" in os.environ
-    if has_display or _VARIABLE in os.environ:
-        yield
-        return
-    os.environ[_VARIABLE] = "egl" if ctypes.util.find_library("EGL") else "disable"
-    try:
-        yield
-    finally:
-        del os.environ[_VARIABLE]
+VARIABLE: Final = "MUJOCO_GL"
+_WITHOUT_DISPLAY: Final = {"egl": "EGL", "osmesa": "OSMesa"}
+"""MuJoCo's modules, each with the system's library that it loads."""
 
 
-def make_physics(data: Any) -> Any:
-    """Return a `dm_control.mujoco.Physics` of these data and of their model."""
-    mujoco = dm_control()
-    return mujoco.Physics(mujoco.wrapper.MjData(data))
+def has_display() -> bool:
+    """Return whether windows can be opened, as far as the environment tells."""
+    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
-def dm_control() -> Any:
-    """Return `dm_control.mujoco`, imported so that it draws with or without a display."""
-    return with_or_without(_VARIABLE, _imported)
+def without_display() -> Iterator[str]:
+    """Yield what can draw without a display here, the best first: "egl", "osmesa"."""
+    return (name for name, library in _WITHOUT_DISPLAY.items() if ctypes.util.find_library(library))
 
 
-def _imported() -> Any:
-    with _opengl_without_display():
-        from dm_control import mujoco
+def make_contexts(model: Any) -> tuple[Any, Any]:
+    """Return an OpenGL context, current in this thread, and MuJoCo's of a model in it. MUJOCO_GL may name what draws.
 
-    return mujoco
+    Raises:
+        SclaError: nothing can draw here.
+    """
+    reason = "neither a display nor EGL nor OSMesa is there"
+    for name in _choices():
+        try:
+            context = importlib.import_module(f"mujoco.{name}").GLContext(1, 1)
+            context.make_current()
+            return context, mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150.value)
+        except Exception as error:  # of any kind: libraries of OpenGL raise what they like
+            reason = f"{name}: {one_line(error)}"
+    raise SclaError(f"no picture can be drawn here ({reason}): install EGL (Debian and Ubuntu: apt install libegl1)")
+
+
+def _choices() -> Iterator[str]:
+    """Yield MuJoCo's modules with an OpenGL context, the best first."""
+    asked = os.environ.get(VARIABLE, "").lower().strip()
+    if asked in _WITHOUT_DISPLAY:
+        yield asked
+    elif sys.platform == "darwin":
+        yield "cgl"
+    if has_display() and _opens_windows():
+        yield "glfw"
+    if sys.platform.startswith("linux"):
+        yield from without_display()
+
+
+def _opens_windows() -> bool:
+    """Return whether glfw can: a context of its without a window would end the process."""
+    import glfw
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a display that is not there
+        return bool(glfw.init())

@@ -1,55 +1,105 @@
-"""Pictures of the world, off screen. Only this wants OpenGL, and takes what dm_control finds: glfw, EGL or OSMesa."""
+"""Pictures of the world, off screen. Only this wants OpenGL."""
 
 from __future__ import annotations
 
+import atexit
+import weakref
 from typing import Any, Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from scla_mj.errors import SclaError
 from scla_mj.world import names
-from scla_mj.world.opengl import make_physics
+from scla_mj.world.opengl import make_contexts
 from scla_mj.world.world import World
 
 _VISUAL_GROUPS: Final = [names.WALL_GROUP, names.VISUAL_GROUP]
 _STATE: Final = mujoco.mjtState.mjSTATE_FULLPHYSICS
+_MOST_GEOMS: Final = 10_000
 
 
 class Renderer:
-    """Draws a world as it stands, in a model of its own that has what the world's lacks: looks, lights and cameras."""
+    """Draws a world as it stands, in a model of its own that has what the world's lacks: looks, lights and cameras.
+
+    Raises:
+        SclaError: there is no OpenGL here.
+    """
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._grid, self._physics = world.grid, _drawable(world)
+        self._scene = _Scene(world)
+        # Before OpenGL's own clean-up, which is registered as its first context is made.
+        atexit.register(_close, weakref.ref(self))
 
     def render(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """Return what a camera (names.ANGLED_CAMERA or names.TOP_CAMERA) sees of the world now.
 
         Returns:
             The picture's colours, shape (height, width, 3); at most 1920 x 1440.
-        """
-        from dm_control.mujoco import wrapper
 
+        Raises:
+            SclaError: it is larger.
+        """
         world = self._world
-        if world.grid != self._grid:  # the target has jumped
-            self._physics.free()
-            self._grid, self._physics = world.grid, _drawable(world)
+        if world.grid != self._scene.grid:  # the target has jumped
+            self._scene.free()
+            self._scene = _Scene(world)
         state = np.empty(mujoco.mj_stateSize(world.model, _STATE))
         mujoco.mj_getState(world.model, world.data, state, _STATE)
-        model, data = self._physics.model.ptr, self._physics.data.ptr
-        mujoco.mj_setState(model, data, state, _STATE)
-        mujoco.mj_forward(model, data)
-        options = wrapper.MjvOption()
-        options.geomgroup[:] = 0
-        options.geomgroup[_VISUAL_GROUPS] = 1
-        picture: NDArray[np.uint8] = self._physics.render(height, width, camera_id=camera, scene_option=options)
-        return picture
+        return self._scene.draw(state, camera, width, height)
 
     def close(self) -> None:
         """Free what was drawn with; it draws no more."""
-        self._physics.free()
+        self._scene.free()
 
 
-def _drawable(world: World) -> Any:
-    return make_physics(mujoco.MjData(world.drawable_model()))
+class _Scene:
+    """A model that is drawn, and the OpenGL that draws it."""
+
+    def __init__(self, world: World) -> None:
+        self.grid = world.grid
+        self._model = model = world.drawable_model()
+        self._data = mujoco.MjData(model)
+        self._scene = mujoco.MjvScene(model, _MOST_GEOMS)
+        self._options, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
+        self._options.geomgroup[:] = 0
+        self._options.geomgroup[_VISUAL_GROUPS] = 1
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._context: Any
+        self._drawing: Any
+        self._context, self._drawing = make_contexts(model)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
+
+    def draw(self, state: NDArray[np.float64], camera: str, width: int, height: int) -> NDArray[np.uint8]:
+        """Return the picture of a state."""
+        most = self._model.vis.global_
+        if not (0 < width <= most.offwidth and 0 < height <= most.offheight):
+            largest = f"{most.offwidth} x {most.offheight}"
+            raise SclaError(f"a picture of {width} x {height} pixels cannot be drawn: at most {largest}")
+        mujoco.mj_setState(self._model, self._data, state, _STATE)
+        mujoco.mj_forward(self._model, self._data)
+        self._camera.fixedcamid = self._model.camera(camera).id
+        self._context.make_current()
+        seen = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(self._model, self._data, self._options, None, self._camera, seen, self._scene)
+        picture = np.empty((height, width, 3), np.uint8)
+        area = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(area, self._scene, self._drawing)
+        mujoco.mjr_readPixels(picture, None, area, self._drawing)
+        return np.ascontiguousarray(picture[::-1])  # OpenGL counts rows from below
+
+    def free(self) -> None:
+        """Free OpenGL's part, once."""
+        if self._drawing is not None:
+            self._context.make_current()
+            self._drawing.free()
+            self._context.free()
+            self._drawing = None
+
+
+def _close(renderer: weakref.ref[Renderer]) -> None:
+    """Close a renderer that nobody closed."""
+    if (left := renderer()) is not None:
+        left.close()

@@ -15,7 +15,6 @@ from scla_mj.clock import Clock
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
 from scla_mj.world.arena import compose
-from scla_mj.world.opengl import make_physics
 from scla_mj.world.robot import ROBOT, Robot, locate, measure, one_line
 
 UPRIGHT_COSINE: Final = 0.9
@@ -69,17 +68,9 @@ class World:
         self.root_qpos: NDArray[np.float64] = self._qpos[self._root]
         self._timestep = float(self.model.opt.timestep)
         self.steps = 0
-        self._physics: Any = None
         self._resting_qpos = self._settle()
         self._spawned: dict[tuple[Cell, float], NDArray[np.float64]] = {}
         self.spawn(grid.target, 0.0)
-
-    @property
-    def physics(self) -> Any:
-        """The same model and data as a `dm_control.mujoco.Physics`, made at first use: importing dm_control is slow."""
-        if self._physics is None:
-            self._physics = make_physics(self.data)
-        return self._physics
 
     def drawable_model(self) -> Any:
         """Return a compiled model with everything that is only for looks; it takes the states of this world's model."""

@@ -72,7 +72,7 @@ def test_monitors_and_spikes_become_data_frames_and_a_missing_library_is_named(m
     assert len(table) == sum(spikes.counts.values())
     assert spikes.rates_hz()["b"] == pytest.approx(spikes.counts["b"] / 10 / 0.1)
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(SclaError, match=r"xarray is not installed: pip install 'scla-mj\[analysis\]'"):
+    with pytest.raises(SclaError, match=r"to_xarray needs xarray.*: run pip install 'scla-mj\[analysis\]'"):
         monitor.to_xarray()
 
 

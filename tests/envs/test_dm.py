@@ -1,5 +1,7 @@
 """dm_env: its own conformance tests, and the same episodes as Gymnasium's."""
 
+import sys
+
 import numpy as np
 import pytest
 from absl.testing import absltest
@@ -7,12 +9,13 @@ from dm_env import test_utils
 
 import scla_mj
 from scla_mj.config import RunConfig
-from scla_mj.engine.build import simulate
+from scla_mj.engine.build import build_task, simulate
+from scla_mj.envs.control import make_physics
 from scla_mj.envs.dm import TASKS
 from scla_mj.envs.grid_move import GridMoveEnv
 from scla_mj.envs.wheels import WheelsEnv
 from scla_mj.errors import SclaError
-from scla_mj.grid import ACTIONS
+from scla_mj.grid import ACTIONS, Cell
 
 
 class TestGridMove(test_utils.EnvironmentTestMixin, absltest.TestCase):
@@ -114,3 +117,21 @@ def test_every_named_task_starts(domain, task):
 def test_what_cannot_be_loaded_is_refused(names, options, sentence):
     with pytest.raises(SclaError, match=sentence):
         scla_mj.load(*names, options)
+
+
+def test_dm_control_sees_the_very_same_model_and_data():
+    world = build_task(RunConfig()).world
+    physics = make_physics(world.data)
+    assert physics.model.ptr is world.model
+    assert physics.data.ptr is world.data
+    world.spawn(Cell(1, 2), 0.0)
+    assert physics.named.data.qpos["robot/root"][:2] == pytest.approx([-0.60, -0.30])
+    before = world.data.time
+    physics.step()
+    assert world.data.time == pytest.approx(before + world.model.opt.timestep)
+
+
+def test_without_dm_control_the_sentence_names_the_command(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dm_control", None)
+    with pytest.raises(SclaError, match=r"scla_mj.load needs dm_control.*: run pip install 'scla-mj\[dm\]'"):
+        scla_mj.load("wheels", "reach")

@@ -138,18 +138,6 @@ def test_the_bumper_that_meets_the_wall_feels_it(heading, speed, bumper):
     assert world.pose().x_m < 0.75
 
 
-def test_dm_control_sees_the_very_same_model_and_data():
-    world = make_world()
-    physics = world.physics
-    assert physics.model.ptr is world.model
-    assert physics.data.ptr is world.data
-    world.spawn(Cell(1, 2), 0.0)
-    assert physics.named.data.qpos[PREFIX + BURGER.root_joint][:2] == pytest.approx([-0.60, -0.30])
-    before = world.data.time
-    physics.step()
-    assert world.data.time == pytest.approx(before + CLOCK.physics_step_s)
-
-
 def test_a_sound_robot_has_no_faults():
     world = make_world()
     roll(world, 3.0, 4.0, 200)

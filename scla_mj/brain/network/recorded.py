@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import Population
 from scla_mj.errors import SclaError
+from scla_mj.extras import need
 
 
 class Train(NamedTuple):
@@ -58,12 +59,12 @@ class SpikeTrains:
 
     def to_pandas(self) -> Any:
         """Return a data frame, one row a spike: time_ms, population, neuron (from 0 in its population)."""
-        return _pandas().DataFrame(self._columns())
+        return need("pandas", "to_pandas").DataFrame(self._columns())
 
     def to_xarray(self) -> Any:
         """Return a data set along the dimension `spike`."""
         columns = {name: ("spike", values) for name, values in self._columns().items()}
-        return _xarray().Dataset(columns, attrs={"duration_ms": self.duration_ms})
+        return need("xarray", "to_xarray").Dataset(columns, attrs={"duration_ms": self.duration_ms})
 
 
 class Monitor:
@@ -107,14 +108,16 @@ class Monitor:
 
     def to_pandas(self) -> Any:
         """Return a data frame, one row a sample, one column a neuron or synapse."""
-        pandas = _pandas()
+        pandas = need("pandas", "to_pandas")
         index = pandas.Index(self.time_ms, name="time_ms")
         return pandas.DataFrame(self.values, index=index, columns=pandas.Index(self.which, name=self._axis))
 
     def to_xarray(self) -> Any:
         """Return an array with the dimensions `time_ms` and `neuron` or `synapse`."""
         coords: Sequence[tuple[str, Any]] = [("time_ms", self.time_ms), (self._axis, self.which)]
-        return _xarray().DataArray(self.values, coords=coords, name=self.variable, attrs={"of": self.of})
+        return need("xarray", "to_xarray").DataArray(
+            self.values, coords=coords, name=self.variable, attrs={"of": self.of}
+        )
 
 
 class Watch:
@@ -150,23 +153,3 @@ class Watch:
 
 
 _TABLE: Final = np.dtype([(name, np.int64) for name in ("variable", "part", "every", "first", "last", "at")])
-
-
-def _pandas() -> Any:
-    try:
-        import pandas
-    except ImportError as error:
-        raise _not_installed("pandas") from error
-    return pandas
-
-
-def _xarray() -> Any:
-    try:
-        import xarray
-    except ImportError as error:
-        raise _not_installed("xarray") from error
-    return xarray
-
-
-def _not_installed(name: str) -> SclaError:
-    return SclaError(f"{name} is not installed: pip install 'scla-mj[analysis]'")
