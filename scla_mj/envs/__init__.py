@@ -18,6 +18,7 @@ _PLACES: Final = {
     "WheelsEnv": "scla_mj.envs.wheels",
     "GridMoveVectorEnv": "scla_mj.envs.vector",
     "GridTwinVectorEnv": "scla_mj.envs.vector",
+    "HitRecorder": "scla_mj.envs.hits",
     "BrainAgent": "scla_mj.envs.agents",
     "play": "scla_mj.envs.agents",
 }

@@ -114,13 +114,14 @@ def _curves(
     x_label: str = "epoch",
     marks: Sequence[tuple[float, str]] = (),
 ) -> Figure:
-    rows = [row for line in lines for row in _rows(line.label, line.x, line.curve)]
+    rows = [row for line in lines for row in curve_rows(line.label, line.x, line.curve)]
     y_label = quantity if quantity.startswith("percent") else f"{quantity} decisions"
     chart = draw_curves(lines, levels, y_label=y_label, x_label=x_label, marks=marks)
     return Figure(key, {"series": None, x_label: 0, quantity: 2, INTERVAL: 2}, rows, setting(*items), chart=chart)
 
 
-def _rows(label: str, x: Array, curve: statistics.Curve) -> list[Row]:
+def curve_rows(label: str, x: Array, curve: statistics.Curve) -> list[Row]:
+    """Return the rows behind a curve: its label, x, mean and interval."""
     points = zip(x, *curve, strict=True)
     return [(label, int(at), float(mean), Interval(float(low), float(high))) for at, mean, low, high in points]
 
@@ -229,7 +230,7 @@ def weights(key: str, items: Sequence[Evidence]) -> Figure:
             curve, x = statistics.learning_curve(item.weights), _epochs([item])
             for index, projection in enumerate(PROJECTIONS):
                 own = statistics.Curve(*(values[:, index] for values in curve))
-                named = _rows(projection.name.replace("to", " → "), x, own)
+                named = curve_rows(projection.name.replace("to", " → "), x, own)
                 rows += [(item.experiment.title, *row) for row in named]
             draw_weights(axes, x, curve.mean, (curve.low, curve.high))
             axes.axhline(item.experiment.config.network.weight_max, color=SOFT, lw=1.0, ls=_DOTTED)

@@ -44,7 +44,7 @@ def render_markdown(contents: Mapping[str, Any]) -> tuple[str, list[Table]]:
         caption = f"{caller().strip()}\n{escape(table.setting)}".strip()
         if isinstance(table, Figure):
             return Markup(f"\n![{label}: {caption.splitlines()[0]}]({table.picture})\n\n**{label}.** {caption}\n")
-        return Markup(f"\n**{label}.** {caption}\n\n{_rows(table)}\n")
+        return Markup(f"\n**{label}.** {caption}\n\n{markdown_rows(table)}\n")
 
     text = _environment().get_template("report.md.j2").render(contents, show=show)
     return _tidy(text), seen
@@ -52,7 +52,9 @@ def render_markdown(contents: Mapping[str, Any]) -> tuple[str, list[Table]]:
 
 def render_ladder(contents: Mapping[str, Any]) -> str:
     """Return the table of the ladder and the claims made of it, as Markdown that can stand in another page."""
-    return _tidy(_environment().get_template("ladder.md.j2").render(contents, rows=lambda table: Markup(_rows(table))))
+    return _tidy(
+        _environment().get_template("ladder.md.j2").render(contents, rows=lambda table: Markup(markdown_rows(table)))
+    )
 
 
 def _tidy(text: str) -> str:
@@ -90,7 +92,8 @@ def _read(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _rows(table: Table) -> str:
+def markdown_rows(table: Table) -> str:
+    """Return a table as GitHub's Markdown."""
     decimals = table.columns.values()
     lines: list[Sequence[str]] = [list(map(escape, table.columns)), ["---" if n is None else "---:" for n in decimals]]
     lines += [[escape(shown(*pair)) for pair in zip(row, decimals, strict=True)] for row in table.rows]
