@@ -12,6 +12,7 @@ EXTRA_OF: Final = {
     "gymnasium": "gym",
     "pandas": "analysis",
     "pynwb": "export",
+    "stable_baselines3": "sb3",
     "xarray": "analysis",
 }
 """By the name that is imported."""

@@ -21,14 +21,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple
 
-import gymnasium as gym
 import numpy as np
 import tyro
 from annotated_types import Ge
 
+from scla_mj import envs
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
-from scla_mj.envs import BrainAgent, HitRecorder, play
 from scla_mj.errors import SclaError
 from scla_mj.experiments import exact, statistics
 from scla_mj.experiments.report.charts import Level, Line, curve_rows, draw_curves
@@ -36,6 +35,7 @@ from scla_mj.experiments.report.origin import UNKNOWN, origin
 from scla_mj.experiments.report.render import markdown_rows
 from scla_mj.experiments.report.tables import INTERVAL, Figure, Table, measured, write_csv
 from scla_mj.experiments.report.wording import seeds_text
+from scla_mj.extras import need
 from scla_mj.runs import drawing
 from scla_mj.runs.atomic import read_json, replacing, write_json, writing
 from scla_mj.runs.folder import package_versions
@@ -75,15 +75,12 @@ def _example(name: str) -> Any:
     sys.path.insert(0, str(ROOT / "examples"))
     try:
         return importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        raise SclaError(
-            f"{error.name} is not installed: run pip install 'scla-mj[sb3]', or name other learners with --learners"
-        ) from error
     finally:
         sys.path.pop(0)
 
 
 def _of_stable_baselines(algorithm: str, *, tuned: bool) -> tuple[Learn, Mapping[str, Any]]:
+    need("stable_baselines3", algorithm.upper())
     module = _example("stable_baselines")
     settings = module.TUNED[algorithm] if tuned else {}
     return functools.partial(module.learn, algorithm=algorithm, **settings), settings
@@ -98,7 +95,7 @@ def _of_the_table() -> tuple[Learn, Mapping[str, Any]]:
 def _of_a_brain(name: str, **settings: Any) -> tuple[Learn, Mapping[str, Any]]:
     def learn(env: Any, decisions: int, seed: int) -> None:
         config = RunConfig(brain=name, brain_settings=settings, seed=seed)
-        play(env, BrainAgent.of_grid_move(config), decisions, seed=seed)
+        envs.play(env, envs.BrainAgent.of_grid_move(config), decisions, seed=seed)
 
     return learn, {"brain": name} | {f"brain.{key}": value for key, value in settings.items()}
 
@@ -155,9 +152,10 @@ def measure(name: str, seed: int, decisions: int, path: Path) -> None:
     write_json(path, Curve(settings, seed, decisions, hits, cpu_s, origin()._asdict(), versions)._asdict())
 
 
-def _environment(learner: Learner) -> HitRecorder:
+def _environment(learner: Learner) -> Any:
     """Return the robot in episodes that only a hit ends, as in a rollout."""
-    return HitRecorder(gym.make(ENVIRONMENT, observation=learner.observation, max_episode_steps=-1))
+    make = need("gymnasium", "the environment").make
+    return envs.HitRecorder(make(ENVIRONMENT, observation=learner.observation, max_episode_steps=-1))
 
 
 def measure_all(options: Options) -> dict[str, list[Curve]]:
