@@ -120,7 +120,7 @@ class GridMoveEnv(TaskEnv):
         Raises:
             SclaError: the action is not 0 to 3; or the physics has gone wrong.
         """
-        if not self.action_space.contains(action):
+        if not (type(action) is int and 0 <= action < len(ACTIONS)) and not self.action_space.contains(action):
             raise SclaError(f"the action is {action!r}: it must be 0 to {len(ACTIONS) - 1}")
         came = self._moves.act(action, observe=self.render_mode == "human")
         feedback, move = came.feedback, came.move

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scla_mj.clock import Clock
 from scla_mj.config import ControllerConfig
@@ -20,7 +19,7 @@ from scla_mj.control.motion import (
     make_gains,
 )
 from scla_mj.grid import Action, Cell
-from scla_mj.loop.periods import FAULT, Body, Ending, robot_of, run_command, run_periods
+from scla_mj.loop.periods import FAULT, Body, Ending, crossed_in, robot_of, run_command, run_periods
 from scla_mj.sense.odometry import Odometer
 from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
 from scla_mj.world.perturbation import Perturbation
@@ -29,6 +28,9 @@ from scla_mj.world.world import Pose, World
 _LEVEL_COSINE: Final = math.cos(math.radians(3.0))
 """Wheels that differ by 5 % either way lean a robot at rest by 1.2 degrees; at 3 degrees a ray rises by 5 cm per metre,
 which is more than the walls reach above it."""
+
+NO_ROWS: Final = np.empty((0, len(TRAJECTORY_COLUMNS)))
+"""The trajectory of a move that nobody observes."""
 
 
 def gains_of(world: World, clock: Clock, config: ControllerConfig) -> Gains:
@@ -88,6 +90,7 @@ class Driver:
         self._timeout_periods = math.ceil(config.timeout_s / clock.control_period_s)
         self._leg_periods = max(1, self._timeout_periods // 2)
         self._rows = np.empty((clock.thinking_controls + self._timeout_periods, len(TRAJECTORY_COLUMNS)))
+        self._ways: dict[tuple[Cell, Action], tuple[Cell, Goal]] = {}
         self._filled = 0
         self.periods = 0
         self.careful = False
@@ -124,9 +127,7 @@ class Driver:
         The robot first stands for `standing` control periods, as in `hold`. The trajectory starts with these and with
         the periods of `hold` since the last move; without `observe` it is empty.
         """
-        grid = self._world.grid
-        beyond = start_cell.after(action)
-        goal = Goal(*grid.centre_m(start_cell), *grid.centre_m(beyond))
+        beyond, goal = self._ways.get((start_cell, action)) or self._way(start_cell, action)
         if self._odometer is not None:  # it must know where it stands before it starts
             self.hold(standing)
             standing = 0
@@ -135,17 +136,18 @@ class Driver:
         blind = self._odometer is None or self._look is None
         longest = self._timeout_periods if blind else self._leg_periods
         periods, status = self._run(goal, longest, standing=standing)
+        crossed = int(self._ending[-1])
         if self._odometer is not None and self._look is not None and self._standing() is not None:
             periods, status = self._look_and_come_closer(self._odometer, self._look, goal, periods, status)
-        trajectory = self._rows[: self._filled if observe else 0].copy()
-        driven = self._rows[first_row : self._filled]
+            crossed = crossed_in.py_func(self._rows, first_row, self._filled, goal)  # in the first leg or a later one
+        trajectory = self._rows[: self._filled].copy() if observe else NO_ROWS
         self._filled = 0
         duration_s = periods * self._clock.control_period_s
         pose = self._standing()
         if pose is None:
             return Move(Outcome.FAILED, before, before, duration_s, math.nan, math.nan, True, trajectory)
         after, outcome, off_m, off_rad = self._judge(start_cell, beyond, status, pose)
-        crossed_s = self._crossing_s(driven, goal) if outcome is Outcome.MOVED else None
+        crossed_s = crossed * self._clock.control_period_s if outcome is Outcome.MOVED else None
         return Move(outcome, before, after, duration_s, off_m, off_rad, False, trajectory, crossed_s)
 
     def restart(self) -> None:
@@ -218,13 +220,6 @@ class Driver:
                 break
         return periods, status
 
-    def _crossing_s(self, rows: NDArray[np.float64], goal: Goal) -> float:
-        """Return when the axle first crossed the border, half-way to the goal's cell, in seconds of these rows."""
-        along_x, along_y = goal.target_x_m - goal.start_x_m, goal.target_y_m - goal.start_y_m
-        border = along_x * (goal.start_x_m + 0.5 * along_x) + along_y * (goal.start_y_m + 0.5 * along_y)
-        beyond = along_x * rows[:, 1] + along_y * rows[:, 2] >= border
-        return float(int(beyond.argmax()) + 1) * self._clock.control_period_s
-
     def _stand_level(self, limit: int) -> int:
         """Stand for at most `limit` control periods until the robot leans no more, and return how many that took.
 
@@ -239,6 +234,12 @@ class Driver:
             stood += 1
         return stood
 
+    def _way(self, start: Cell, action: Action) -> tuple[Cell, Goal]:
+        """Return the cell that an action leads to, on the grid or not, and the way there; both are kept."""
+        grid, beyond = self._world.grid, start.after(action)
+        way = self._ways[start, action] = beyond, Goal(*grid.centre_m(start), *grid.centre_m(beyond))
+        return way
+
     def _true_cell(self, believed: Cell) -> Cell:
         """Return the cell that the robot stands in, or the believed one where it does not stand."""
         pose = self._world.pose()
@@ -246,7 +247,7 @@ class Driver:
 
     def _standing(self) -> Pose | None:
         """Return where the robot is, or None if it cannot continue: it has fallen, or its estimate is not finite."""
-        x_m, y_m, heading_rad, upright, finite = self._ending.tolist()
+        x_m, y_m, heading_rad, upright, finite, _ = self._ending.tolist()
         pose = Pose(x_m, y_m, heading_rad, upright)
         lost = self._odometer is not None and not np.isfinite(self._odometer.estimate).all()
         return pose if finite and pose.can_drive() and not lost else None

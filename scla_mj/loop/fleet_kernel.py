@@ -16,7 +16,7 @@ from scla_mj.compiled import cached_njit, leaf_njit
 from scla_mj.control import caution, controller, motion, profile
 from scla_mj.control.motion import ARRIVED, RETURNED, Gains, Goal
 from scla_mj.loop import periods as of_one
-from scla_mj.loop.periods import Body, Ending, drive, write_ending
+from scla_mj.loop.periods import Body, Ending, crossed_in, drive, write_ending
 from scla_mj.sense import odometry
 from scla_mj.world import perturbation, robot
 from scla_mj.world.robot import Addresses
@@ -72,17 +72,6 @@ def _doubles(typing_context: Any, address: Any, length: Any) -> Any:
 
 
 @leaf_njit(inline="always")
-def _crossed(rows: NDArray[np.float64], standing: int, stepped: int, goal: Goal) -> int:
-    """Return the period of the drive at whose end the axle had crossed, as `Driver` finds it."""
-    along_x, along_y = goal.target_x_m - goal.start_x_m, goal.target_y_m - goal.start_y_m
-    border = along_x * (goal.start_x_m + 0.5 * along_x) + along_y * (goal.start_y_m + 0.5 * along_y)
-    period = standing
-    while period < stepped - 1 and along_x * rows[period, 1] + along_y * rows[period, 2] < border:
-        period += 1
-    return period - standing + 1
-
-
-@leaf_njit(inline="always")
 def _column(x_m: float, cell_size_m: float, columns: int) -> int:
     """Return the column, from 1, of a place; the same for rows."""
     return min(max(math.floor(x_m / cell_size_m + columns / 2) + 1, 1), columns)
@@ -132,7 +121,7 @@ def run_fleet(
         into.stepped[i], into.fallen[i] = stepped, not stands
         into.periods[i], into.elapsed[i] = max(0, stepped - standing), max(stepped, standing)
         into.outcome[i] = MOVED if moved else BLOCKED if blocked else FAILED
-        into.crossed[i] = _crossed(rows, standing, stepped, goal) if moved else 0
+        into.crossed[i] = crossed_in(rows, standing, stepped, goal) if moved else 0
         into.after[i, 0], into.after[i, 1] = (column, row) if stands else (x, y)
         into.off_m[i, 0] = x_m - (column - middle_x) * cell_size_m if stands else math.nan
         into.off_m[i, 1] = y_m - (row - middle_y) * cell_size_m if stands else math.nan

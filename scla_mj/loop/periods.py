@@ -55,13 +55,15 @@ class Body(NamedTuple):
 
 
 class Ending(NamedTuple):
-    """Where a robot is after its control periods: the fields of a `Pose`, and whether its whole state is finite."""
+    """Where a robot is after its control periods: the fields of a `Pose`, whether its whole state is finite, and the
+    period in which the axle crossed into the next cell (`crossed_in`; of no meaning in a move to no other cell)."""
 
     x_m: float
     y_m: float
     heading_rad: float
     upright: float
     finite: float
+    crossed: float
 
 
 _ADDRESSES: Final = len(Addresses._fields)
@@ -145,6 +147,20 @@ def write_ending(body: Body) -> None:
     body.ending[4] = 1.0 if math.isfinite(total) else 0.0
 
 
+@leaf_njit(inline="always")
+def crossed_in(rows: NDArray[np.float64], standing: int, stepped: int, goal: Goal) -> int:
+    """Return the period of the drive, from 1, at whose end the axle had crossed the border half-way to the goal's cell.
+
+    Rows from `standing` to `stepped` are the drive's. In one without a crossing it is the last.
+    """
+    along_x, along_y = goal.target_x_m - goal.start_x_m, goal.target_y_m - goal.start_y_m
+    border = along_x * (goal.start_x_m + 0.5 * along_x) + along_y * (goal.start_y_m + 0.5 * along_y)
+    period = standing
+    while period < stepped - 1 and along_x * rows[period, 1] + along_y * rows[period, 2] < border:
+        period += 1
+    return period - standing + 1
+
+
 def robot_of(body: Body, gains: Gains) -> tuple[Any, ...]:
     """Return the robot as arrays, its integers in one and its gains in another: numba unpacks tuples and single numbers
     more slowly."""
@@ -226,6 +242,7 @@ def run_periods(
     goal, rows = Goal(start_x_m, start_y_m, target_x_m, target_y_m), rows[filled:]
     periods, status = drive(standing, limit, careful, goal, gains, body, perturbation, odometer, rows, elapsed)
     write_ending(body)
+    ending[5] = crossed_in(rows, standing, periods, goal)
     return periods, status
 
 

@@ -8,17 +8,15 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-import numpy as np
-
 from scla_mj.clock import Clock
 from scla_mj.grid import Action, Cell, Grid
-from scla_mj.signals import TRAJECTORY_COLUMNS, Move, Outcome
+from scla_mj.loop.drive import NO_ROWS
+from scla_mj.signals import Move, Outcome
 from scla_mj.world.world import Pose
 
 MOVE_S: Final = 0.87
 CROSSED_S: Final = 0.57
 """How long a driven move takes, and when its axle crosses into the next cell: means over a random walk."""
-_NO_ROWS: Final = np.empty((0, len(TRAJECTORY_COLUMNS)))
 
 
 def move_periods(period_s: float) -> tuple[int, int]:
@@ -78,7 +76,7 @@ class TwinDriver:
         after = self._world.cell = self._world.grid.after(start_cell, action)
         outcome = Outcome.MOVED if after != start_cell else Outcome.BLOCKED
         crossed_s = crossed * self._period_s if outcome is Outcome.MOVED else None
-        return Move(outcome, start_cell, after, driven * self._period_s, 0.0, 0.0, False, _NO_ROWS, crossed_s)
+        return Move(outcome, start_cell, after, driven * self._period_s, 0.0, 0.0, False, NO_ROWS, crossed_s)
 
     def restart(self) -> None:
         """Start again at time 0."""
