@@ -26,7 +26,7 @@ from scla_mj.runs.summary import read_summary
 
 Random = np.random.Generator
 _GIANT: Final = [2**31 - 1, 2**32 - 1, 2**40, 2**63 - 1, 2**64 - 1]
-FIGURES: Final = (paths.EPOCHS_PNG, paths.WEIGHTS_PNG, paths.POLICY_PNG)
+FIGURES: Final = (paths.LEARNING_PNG, paths.WEIGHTS_PNG, paths.POLICY_PNG)
 _SHAPE: Final = {"epochs": 3, "decisions": 80}
 _CUT_AT: Final = (3, 50)
 """Epoch and decision where the killed run's folder is copied: two batches and the recording's first columns are out."""
@@ -151,7 +151,7 @@ WAYS: Final = (
     *(Way("unsealed", name, "read", True, 100) for name in ("decisions.parquet", "brain.npz")),
     Way("unsealed", "recording.rrd", "inspect", False, 30),
     *(Way("finished", name, "figures", True, 4) for name in
-      ("config.json", "summary.json", "decisions.parquet", "brain.npz", "seal.json", "epochs.png", "policy.png")),
+      ("config.json", "summary.json", "decisions.parquet", "brain.npz", "seal.json", "learning.png", "policy.png")),
     *(Way("unsealed", name, "figures", True, 4) for name in
       ("config.json", "summary.json", "brain.npz", "weights.png")),
     *(Way("finished", name, "inspect", True, 3) for name in FIGURES),

@@ -29,7 +29,7 @@ SHAPE: Final = ("--epochs", "1", "--decisions", "60", "--telemetry", "light", "-
 MOMENTS: Final = (
     "", paths.LOCK, paths.CONFIG_JSON, paths.DECISIONS_PARTIAL, paths.RECORDING_RRD, paths.CHECKPOINT_NPZ,
     f".{paths.CHECKPOINT_NPZ}.*", f".{paths.DECISIONS_PARQUET}.*", paths.DECISIONS_PARQUET, paths.SUMMARY_JSON,
-    paths.BRAIN_NPZ, paths.EPOCHS_PNG, f".{paths.WEIGHTS_PNG}.*", paths.POLICY_PNG, f".{paths.SEAL_JSON}.*",
+    paths.BRAIN_NPZ, paths.LEARNING_PNG, f".{paths.WEIGHTS_PNG}.*", paths.POLICY_PNG, f".{paths.SEAL_JSON}.*",
     paths.SEAL_JSON,
 )  # fmt: skip
 """Half of the kills wait for such a file and then a moment; the others for a random part of the whole run's time."""
@@ -89,7 +89,7 @@ def _killed(words: list[str], run: Path, moment: str, delay_s: float) -> str:
 
 def difference(whole: Path, run: Path) -> str:
     """Return how a run differs from the uninterrupted one, nothing if it does not."""
-    for name in (paths.DECISIONS_PARQUET, paths.BRAIN_NPZ, paths.EPOCHS_PNG, paths.WEIGHTS_PNG, paths.POLICY_PNG):
+    for name in (paths.DECISIONS_PARQUET, paths.BRAIN_NPZ, paths.LEARNING_PNG, paths.WEIGHTS_PNG, paths.POLICY_PNG):
         if (whole / name).exists() and not (run / name).exists():
             return f"{name} is missing"
         if (whole / name).exists() and (whole / name).read_bytes() != (run / name).read_bytes():

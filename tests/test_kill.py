@@ -21,7 +21,7 @@ def test_a_run_that_is_killed_anywhere_is_resumed_to_the_same_bits(number, whole
     assert not case.told, case
 
 
-@pytest.mark.parametrize("name", ["seal.json", "epochs.png", "decisions.parquet"])
+@pytest.mark.parametrize("name", ["seal.json", "learning.png", "decisions.parquet"])
 def test_the_harness_sees_what_a_run_lacks(name, whole, tmp_path):
     lame = shutil.copytree(whole[0] / "whole", tmp_path / "lame")
     (lame / name).unlink()

@@ -1,20 +1,33 @@
-"""`scla-mj figures RUN`: draw a stored run's figures again."""
+"""`scla-mj figures RUN...`: draw a stored run's figures again, or those of several runs for a paper."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro.conf
+
+from scla_mj.errors import SclaError
 
 
 @dataclass(frozen=True)
 class Figures:
-    """Draw the figures of a run again, complete or stopped, from its summary and its brain."""
+    """Draw the figures of a run again, complete or stopped; with --out those of one or several runs for a paper.
 
-    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-    """A run folder that `scla-mj rollout` wrote."""
+    With --out: hits and mean weights over the decisions on a log scale and a histogram of the weights (`learning`),
+    the paper's Figure 3 (`weights`) and the policy. Runs that differ only in their seed give one line with the 95 %
+    interval of its mean. Without --out the pictures in the run folder are drawn anew.
+    """
+
+    paths: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Run folders that `scla-mj rollout` wrote."""
+
+    out: Path | None = None
+    """A folder for the files; none of them may be there already. Needed for more than one run."""
+
+    formats: tuple[Literal["png", "pdf", "svg"], ...] = ("png", "pdf", "svg")
+    """File formats in --out; the sizes are in millimetres, for columns of 85 and 180 mm."""
 
     def run(self) -> int:
         """Draw the figures; return the exit code.
@@ -24,6 +37,19 @@ class Figures:
         """
         from scla_mj.engine.completion import draw_again
 
-        for file in draw_again(self.path):
+        if not self.paths:
+            raise SclaError("no RUN is named: name the folder of at least one run")
+        if self.out is None and len(self.paths) > 1:
+            raise SclaError("several runs have no folder in common: say with --out where their figures go")
+        if self.out is None:
+            files = draw_again(self.paths[0])
+        else:
+            from scla_mj.runs.figures import import_plots
+
+            import_plots()
+            from scla_mj.experiments.figures import draw_runs
+
+            files = draw_runs(self.paths, self.out, kinds=self.formats)
+        for file in files:
             print(f"Drawn:  {file}")
         return 0

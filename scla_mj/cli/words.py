@@ -52,11 +52,15 @@ class Option(NamedTuple):
 
 
 class Syntax(NamedTuple):
-    """What a command line may hold: its options by their names, and the names of its positional arguments."""
+    """What a command line may hold: its options by their names, and the names of its positional arguments.
+
+    Where it `repeats`, there may be any number of the last of these.
+    """
 
     options: dict[str, Option]
     required: tuple[str, ...]
     optional: tuple[str, ...]
+    repeats: bool = False
 
 
 class Line(NamedTuple):
@@ -77,6 +81,7 @@ def syntax_of(command: type, prefix: str = "") -> Syntax:
     """Read the syntax off a dataclass, as tyro does."""
     options: dict[str, Option] = {}
     positionals: dict[bool, list[str]] = {True: [], False: []}
+    repeats = False
     hints = typing.get_type_hints(command, include_extras=True)
     for field in dataclasses.fields(command):
         hint, extras = _without_extras(hints[field.name])
@@ -85,13 +90,14 @@ def syntax_of(command: type, prefix: str = "") -> Syntax:
         if tyro.conf.Positional in extras:
             metavar = next(extra.metavar for extra in extras if hasattr(extra, "metavar"))
             positionals[field.default is dataclasses.MISSING].append(metavar)
+            repeats |= typing.get_origin(hint) is tuple
             continue
         name = next((extra.name for extra in extras if getattr(extra, "name", None) is not None), field.name)
         if dataclasses.is_dataclass(hint):
             options |= syntax_of(typing.cast("type", hint), f"{prefix}{name}." if name else prefix).options
         else:
             options |= _options(f"--{prefix}{name}".replace("_", "-"), hint)
-    return Syntax(options, tuple(positionals[True]), tuple(positionals[False]))
+    return Syntax(options, tuple(positionals[True]), tuple(positionals[False]), repeats)
 
 
 def _without_extras(hint: Any) -> tuple[Any, tuple[Any, ...]]:
@@ -236,6 +242,8 @@ def _positional_names(syntax: Syntax, positionals: list[str]) -> tuple[str, ...]
     names = (*syntax.required, *syntax.optional)
     if len(positionals) < len(syntax.required):
         raise SclaError(f"{syntax.required[len(positionals)]} is missing: name a folder")
+    if syntax.repeats:
+        names += names[-1:] * (len(positionals) - len(names))
     if len(positionals) > len(names):
         before = f": {names[-1]} is {positionals[len(names) - 1]} already" if names else ": it belongs to no option"
         raise SclaError(f"{positionals[len(names)]} is one word too many{before}")

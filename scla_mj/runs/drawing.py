@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
@@ -24,26 +24,52 @@ from scla_mj.grid import Action, Grid
 from scla_mj.palette import TARGET_COLOUR, projection_styles
 
 Array = NDArray[np.float64]
+Curve = tuple[Array, Array, Array]
+"""A mean (n, ...) and the ends of its interval, NaN where a single run allows none."""
 
-DPI: Final = 150
+WIDE_MM: Final = 180.0
+"""Of a figure over both columns of a page; one column is 85 mm."""
+MM_PER_INCH: Final = 25.4
+DPI: Final = 220
+"""Of a PNG: a wide figure has some 1560 pixels across."""
+Kind = Literal["png", "pdf", "svg"]
 INK: Final = "#22262b"
 SOFT: Final = "#626a73"
 RULE: Final = "#dcdcd6"
 POLICY_SHADES: Final = "Blues"
 _ARROW: Final = "#e8730c"
 _CLOSED: Final = "#6b7075"
+_SHORTEST_BLOCK: Final = 25
+_LONGEST_BLOCK: Final = 1000
+_BLOCK_GROWTH: Final = 0.26
+"""Of the decisions so far: ten blocks over a factor of ten."""
 _SHORTEST_ARROW: Final = 0.05
 """A mean step shorter than this, in cells, is drawn as no arrow: it would be a speck."""
 
+_NAMED_EPOCHS: Final = (1, 3, 10, 30, 100, 300, 1000)
+_DATED: Final[dict[Kind, tuple[str, ...]]] = {
+    "png": ("Software",),
+    "pdf": ("Creator", "Producer", "CreationDate"),
+    "svg": ("Date", "Creator", "Format", "Type"),
+}
+"""What a file would say of the hour and the version that made it."""
 _STYLE: Final[dict[Any, Any]] = {
     "svg.fonttype": "none",
-    "font.size": 9.5,
+    "pdf.fonttype": 42,
+    "font.size": 7.0,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "xtick.minor.size": 1.8,
     "axes.edgecolor": SOFT,
     "axes.labelcolor": INK,
     "text.color": INK,
     "xtick.color": SOFT,
     "ytick.color": SOFT,
-    "axes.titlesize": 10,
+    "axes.titlesize": 7.5,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
     "axes.titlecolor": INK,
@@ -51,39 +77,90 @@ _STYLE: Final[dict[Any, Any]] = {
     "axes.spines.right": False,
     "axes.axisbelow": True,
     "grid.color": RULE,
-    "grid.linewidth": 0.7,
+    "grid.linewidth": 0.5,
     "legend.frameon": False,
 }
 
 
+def of_one_run(values: Array) -> Curve:
+    """Return a single run's values as a curve without a band."""
+    none = np.full(values.shape, np.nan)
+    return values, none, none
+
+
+def block_edges(decisions: int) -> NDArray[np.int64]:
+    """Return the ends (n + 1,) of blocks whose lengths grow as a log axis does: of 25 to 1000 decisions, from 0.
+
+    Blocks share no decision, so that each of a curve's points says something that its neighbours do not.
+    """
+    edges = [0]
+    while edges[-1] < decisions:
+        length = min(max(_SHORTEST_BLOCK, round(edges[-1] * _BLOCK_GROWTH)), _LONGEST_BLOCK)
+        left = decisions - edges[-1] - length
+        edges.append(decisions if left < _SHORTEST_BLOCK else edges[-1] + length)
+    return np.array(edges)
+
+
+def block_hits(hits: NDArray[np.bool_], edges: NDArray[np.int64]) -> Array:
+    """Return the hits per 1000 decisions of every block of a run's `hits` (decisions,)."""
+    counts = np.diff(np.concatenate([[0], np.cumsum(hits)])[edges])
+    return np.asarray(1000.0 * counts / np.diff(edges))
+
+
+def block_middles(edges: NDArray[np.int64]) -> Array:
+    """Return where a block's point stands on a log axis: between its first decision, from 1, and its last."""
+    return np.asarray(np.sqrt((edges[:-1] + 1.0) * edges[1:]))
+
+
 @contextmanager
-def canvas(width_in: float, height_in: float, rows: int = 1, columns: int = 1) -> Iterator[tuple[Figure, Any]]:
+def canvas(
+    *, width_mm: float = WIDE_MM, height_mm: float, rows: int = 1, columns: int = 1
+) -> Iterator[tuple[Figure, Any]]:
     """Yield a figure and its axes (rows, columns), in the shared style."""
     with style.context(["default", _STYLE]):  # whatever a matplotlibrc or a user's code has set
-        figure = Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")
+        size = width_mm / MM_PER_INCH, height_mm / MM_PER_INCH
+        figure = Figure(figsize=size, layout="constrained", facecolor="white")
         yield figure, figure.subplots(rows, columns, squeeze=False)
 
 
-def save(figure: Figure, file: IO[Any] | Path, *, kind: Literal["svg", "png"] = "png", salt: str = "") -> None:
+def save(figure: Figure, file: IO[Any] | Path, *, kind: Kind = "png", salt: str = "") -> None:
     """Write a figure without date or version, so that equal figures give equal bytes; an SVG has no background.
 
     `salt` makes the names inside an SVG differ from those of other figures on the same page.
     """
-    none = dict.fromkeys(("Date", "Creator", "Format", "Type")) if kind == "svg" else {"Software": None}
     with style.context(["default", {**_STYLE, "svg.hashsalt": salt}]):
-        figure.savefig(file, format=kind, dpi=DPI, transparent=kind == "svg", metadata=none)
+        figure.savefig(file, format=kind, dpi=DPI, transparent=kind == "svg", metadata=dict.fromkeys(_DATED[kind]))
     figure.set_layout_engine("none")  # laid out once: the next file need not do it again
 
 
-def draw_weights(
-    axes: Axes,
-    x: Array,
-    mean: Array,
-    band: tuple[Array, Array] | None = None,
-    *,
-    projections: Sequence[Projection] = PROJECTIONS,
-) -> None:
-    """Draw the mean weight of each projection (n, projections) in mV over `x` (n,), with a band from low to high.
+def over_decisions(axes: Axes, epoch_ends: Sequence[int], first: float = 1.0) -> None:
+    """Make the x axis one of decisions, from 1 or `first`, on a log scale; the epochs' ends are ticks at the top."""
+    last = max([*epoch_ends, 10])
+    axes.set_xscale("log")
+    axes.set_xlim(first, last)
+    axes.set_xlabel("decision (log scale)")
+    top = axes.secondary_xaxis("top")
+    named = [number for number in _NAMED_EPOCHS if number <= len(epoch_ends) and epoch_ends[number - 1] >= first]
+    top.set_xticks(
+        [epoch_ends[number - 1] for number in named],
+        [str(number) if n else f"epoch {number}" for n, number in enumerate(named)],
+    )
+    top.set_xticks([end for end in epoch_ends if end >= first], minor=True)
+    top.tick_params(labelsize=6, pad=1, which="both")
+    top.xaxis.set_minor_formatter(NullFormatter())
+
+
+def draw_line(axes: Axes, x: Array, curve: Curve, colour: str, dash: Any = "-", label: str = "") -> None:
+    """Draw a curve (n,) over `x` (n,) with its band; few points are marked."""
+    marker = "o" if len(x) < 8 else None
+    mean, low, high = curve
+    axes.plot(x, mean, color=colour, ls=dash, lw=1.3, marker=marker, ms=3, label=label, zorder=3)
+    if not np.isnan(low).all():
+        axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0)
+
+
+def draw_weights(axes: Axes, x: Array, curve: Curve, projections: Sequence[Projection] = PROJECTIONS) -> None:
+    """Draw the mean weight of each projection (n, projections) in mV over `x` (n,).
 
     Of the paper's the agreeing ones are solid and warm, opposite ones dashed and cool.
     """
@@ -92,10 +169,8 @@ def draw_weights(
         colour, dash = styles[projection.name]
         ends = projection.source, projection.target
         label = " → ".join(ends) if projection.name == "to".join(ends) else projection.name
-        marker = "o" if 0 < len(x) < 8 else None
-        axes.plot(x, mean[:, index], ls=dash, color=colour, lw=1.6, marker=marker, ms=4, label=label)
-        if band is not None:
-            axes.fill_between(x, band[0][:, index], band[1][:, index], color=colour, alpha=0.2, lw=0)
+        mean, low, high = (values[:, index] for values in curve)
+        draw_line(axes, x, (mean, low, high), colour, dash, label)
     axes.set_ylim(bottom=0)
     axes.margins(x=0.01)
     axes.set_ylabel("mean weight (mV)")

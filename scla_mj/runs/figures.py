@@ -15,6 +15,9 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scla_mj.anatomy import Anatomy
 from scla_mj.checked import CheckedConfig
 from scla_mj.environment import hidden
@@ -22,6 +25,7 @@ from scla_mj.errors import SclaError
 from scla_mj.paths import FIGURES
 from scla_mj.runs.atomic import remove
 from scla_mj.runs.brain import read_brain, read_weight_history
+from scla_mj.runs.decisions import read_hits
 from scla_mj.runs.summary import Summary, read_summary
 from scla_mj.signals import Snapshot, WeightCurve
 
@@ -31,19 +35,20 @@ _SCRATCH: Final = ".figures."
 
 
 def draw(folder: Path, checked: CheckedConfig, anatomy: Anatomy | None) -> None:
-    """Draw the figures of a run from its `summary.json` and its `brain.npz`; those that were there are replaced.
+    """Draw the figures of a run from its summary, its decisions and its brain; those that were there are replaced.
 
     `anatomy` is its brain's.
 
     Raises:
         SclaError: a file is missing or damaged, or the figures cannot be drawn or written.
     """
-    summary, memory, curve = read_summary(folder), read_brain(folder, anatomy), read_weight_history(folder)
+    summary, hits = read_summary(folder), read_hits(folder)
+    memory, curve = read_brain(folder, anatomy), read_weight_history(folder)
     for left in folder.glob(f"{_SCRATCH}*"):  # by a process that was killed
         shutil.rmtree(left, ignore_errors=True)
     try:
         with tempfile.TemporaryDirectory(prefix=_SCRATCH, dir=folder) as scratch:
-            _draw(Path(scratch), checked, anatomy, summary, memory, curve)
+            _draw(Path(scratch), checked, anatomy, summary, hits, memory, curve)
             for file in Path(scratch).iterdir():
                 file.replace(folder / file.name)
     except SclaError:
@@ -72,20 +77,21 @@ def _draw(
     checked: CheckedConfig,
     anatomy: Anatomy | None,
     summary: Summary,
+    hits: NDArray[np.bool_],
     memory: Snapshot,
     curve: WeightCurve | None,
 ) -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a folder for its cache that it cannot write
-    plots = _import_plots()
+    plots = import_plots()
     last = checked.grid(summary.epochs[-1].epoch)
-    plots.plot_epochs(folder, summary)
+    plots.plot_learning(folder, summary, hits[: plots.epoch_ends(summary)[-1]])
     if curve is not None and anatomy is not None:
         plots.plot_weights(folder, curve, anatomy.projections, summary)
     if memory.probabilities is not None:
         plots.plot_policy(folder, last, memory.probabilities, summary)
 
 
-def _import_plots() -> Any:
+def import_plots() -> Any:
     """Import matplotlib, which is slow, even where the backend that the environment names is not there."""
     first, backend = "matplotlib" not in sys.modules, os.environ.get("MPLBACKEND")
     with hidden("MPLBACKEND"):

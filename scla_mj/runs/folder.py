@@ -29,7 +29,7 @@ RUN_FILES: Final = (
     paths.SUMMARY_JSON,
     paths.BRAIN_NPZ,
     paths.CHECKPOINT_NPZ,
-    paths.EPOCHS_PNG,
+    paths.LEARNING_PNG,
     paths.WEIGHTS_PNG,
     paths.POLICY_PNG,
     paths.RECORDING_RRD,

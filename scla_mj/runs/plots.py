@@ -1,8 +1,8 @@
-"""The three figures of a run: hits per epoch, mean weights over time, action probabilities."""
+"""The three figures of a run: hits and mean weights over its decisions, action probabilities."""
 
 from __future__ import annotations
 
-import math
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -10,69 +10,92 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import PROJECTION_NAMES, Projection
 from scla_mj.grid import Grid
-from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
+from scla_mj.paths import LEARNING_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.atomic import replacing
-from scla_mj.runs.drawing import INK, canvas, draw_policy, draw_weights, save
+from scla_mj.runs.drawing import (
+    INK,
+    SOFT,
+    block_edges,
+    block_hits,
+    block_middles,
+    canvas,
+    draw_line,
+    draw_policy,
+    draw_weights,
+    of_one_run,
+    over_decisions,
+    save,
+)
 from scla_mj.runs.summary import Summary
 from scla_mj.signals import WeightCurve
 
-BAR: Final = "#4477aa"
-CEILING: Final = "#111111"
-CHANCE: Final = "#999999"
+HITS: Final = "#0072b2"
+CEILING: Final = INK
+CHANCE: Final = SOFT
 
 
-def plot_epochs(folder: Path, summary: Summary) -> None:
-    """Write `epochs.png`: hits per 1000 decisions of every epoch, each epoch's ceiling, and chance until a jump.
+def plot_learning(folder: Path, summary: Summary, hits: NDArray[np.bool_]) -> None:
+    """Write `learning.png`: hits per 1000 decisions over blocks of decisions, the ceiling, and chance until a jump.
+
+    `hits` (decisions,) says for every decision whether it reached the target.
 
     Raises:
         SclaError: the folder cannot be written to.
     """
-    with canvas(7.0, 4.0) as (figure, grid):
+    with canvas(width_mm=130, height_mm=75) as (figure, grid):
         axes: Axes = grid[0, 0]
-        numbers = [epoch.epoch for epoch in summary.epochs]
-        hits = [epoch.hits_per_1000 for epoch in summary.epochs]
-        axes.bar(numbers, hits, width=0.72, color=BAR, zorder=2)
-        ceilings = [epoch.ceiling_hits_per_1000 for epoch in summary.epochs] or [summary.ceiling_hits_per_1000]
-        before_jump = next((n for n, ceiling in enumerate(ceilings) if ceiling != ceilings[0]), len(ceilings))
-        _draw_levels(axes, ceilings, "ceiling", CEILING, "--")
-        chance = [summary.chance_hits_per_1000] * before_jump + [math.nan] * (len(ceilings) - before_jump)
-        _draw_levels(axes, chance, "chance", CHANCE, ":")
-        top = 1.12 * max([*ceilings, *hits])
-        if len(numbers) <= 12:
-            for number, value in zip(numbers, hits, strict=True):
-                base, colour = (0.0, "white") if value > 0.1 * top else (value, INK)
-                axes.annotate(f"{value:.0f}", (number, base), (0, 4), textcoords="offset points", ha="center",
-                              va="bottom", fontsize=8, color=colour, weight="bold", zorder=4)  # fmt: skip
-        axes.set_ylim(0, top)
-        axes.set_xlim(min(numbers, default=1) - 0.6, max(numbers, default=1) + 0.6)
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=15, integer=True, min_n_ticks=1))
-        axes.set_xlabel("epoch")
-        axes.set_ylabel("hits per 1000 decisions")
-        axes.grid(axis="y")
-        _write(figure, folder / EPOCHS_PNG, "Hits per epoch", summary)
+        edges = block_edges(len(hits))
+        draw_line(axes, block_middles(edges), of_one_run(block_hits(hits, edges)), HITS)
+        draw_bounds(axes, summary)
+        _write(figure, folder / LEARNING_PNG, "Hits per 1000 decisions", summary)
+
+
+def draw_bounds(axes: Axes, summary: Summary) -> None:
+    """Draw the ceiling of every epoch and, until it changes, chance; name them at the right, and the axes."""
+    ends = epoch_ends(summary)
+    ceilings = [epoch.ceiling_hits_per_1000 for epoch in summary.epochs] or [summary.ceiling_hits_per_1000]
+    steps = [1, *ends] if ends else [1, 10]
+    axes.plot(steps, [ceilings[0], *ceilings], ls="--", color=CEILING, drawstyle="steps-pre", lw=0.9, zorder=2)
+    before = next((end for end, one, next_one in zip(ends, ceilings, ceilings[1:], strict=False) if one != next_one),
+                  steps[-1])  # fmt: skip
+    chance = summary.chance_hits_per_1000
+    axes.plot([1, before], [chance, chance], ls=":", color=CHANCE, lw=0.9, zorder=2)
+    named = [(f"ceiling {ceilings[-1]:.4g}", ceilings[-1], CEILING)]
+    if before == steps[-1]:
+        named.append((f"chance {chance:.4g}", chance, CHANCE))
+    for text, value, colour in named:
+        axes.annotate(text, (1.0, value), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
+                      va="center", ha="left", fontsize=6.5, color=colour, annotation_clip=False)  # fmt: skip
+    over_decisions(axes, ends, first=4)
+    axes.set_ylim(0, 1.08 * max([*ceilings, *axes.dataLim.intervaly]))
+    axes.set_ylabel("hits per 1000 decisions")
+    axes.grid(axis="y")
+
+
+def epoch_ends(summary: Summary) -> list[int]:
+    """Return the number of every epoch's last decision."""
+    return list(itertools.accumulate(epoch.decisions for epoch in summary.epochs))
 
 
 def plot_weights(folder: Path, curve: WeightCurve, projections: Sequence[Projection], summary: Summary) -> None:
-    """Write `weights.png`: each projection's mean weight over simulated time (the paper's Figure 3).
+    """Write `weights.png`: each projection's mean weight over the decisions (the paper's Figure 3).
 
     `summary` names the run.
 
     Raises:
         SclaError: the folder cannot be written to.
     """
-    with canvas(7.0, 4.2) as (figure, grid):
+    with canvas(width_mm=130, height_mm=75) as (figure, grid):
         axes: Axes = grid[0, 0]
-        unit, seconds = _time_unit(float(curve.time_s[-1]) if len(curve.time_s) else 0.0)
-        draw_weights(axes, curve.time_s / seconds, curve.mean_weights, projections=projections)
-        axes.set_xlabel(f"simulated time ({unit})")
+        draw_weights(axes, curve.decision.astype(float), of_one_run(curve.mean_weights), projections)
+        over_decisions(axes, epoch_ends(summary))
         papers = tuple(projection.name for projection in projections) == PROJECTION_NAMES
-        agree = ": solid where sensor and motor agree, dashed where they are opposite" if papers else ""
-        _write(figure, folder / WEIGHTS_PNG, f"Mean weights{agree}", summary)
+        agree = " (dashed: opposite directions)" if papers else ""
+        _write(figure, folder / WEIGHTS_PNG, f"Mean weights of the projections{agree}", summary)
 
 
 def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], summary: Summary) -> None:
@@ -83,7 +106,8 @@ def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], su
     Raises:
         SclaError: the folder cannot be written to.
     """
-    with canvas(*_policy_size(*grid.cells)) as (figure, panels):
+    width_mm, height_mm = policy_size(*grid.cells)
+    with canvas(width_mm=width_mm, height_mm=height_mm) as (figure, panels):
         axes: Axes = panels[0, 0]
         shades = draw_policy(axes, grid, probabilities)
         axes.set_xlabel("x")
@@ -94,47 +118,28 @@ def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], su
 
 def _write(figure: Figure, path: Path, title: str, summary: Summary) -> None:
     """Write the PNG under a title, and below it the setting of the run."""
-    figure.suptitle(title, fontsize=11)
-    figure.axes[0].set_title(_setting(summary), fontsize=8, weight="normal", loc="center")
+    entitle(figure, title, setting(summary))
     with replacing(path) as scratch:
         save(figure, scratch)
 
 
-def _draw_levels(axes: Axes, values: list[float], name: str, colour: str, line: str) -> None:
-    """Draw a level for every epoch, from 1, stepwise where it changes, and name each: the last at the right, outside.
-
-    NaN ends the line.
-    """
-    axes.plot([0.4, *(n + 0.5 for n in range(1, len(values))), len(values) + 0.6], [*values, values[-1]], ls=line,
-              color=colour, drawstyle="steps-post", lw=1.2, zorder=3)  # fmt: skip
-    for first, value in enumerate(values, 1):
-        if math.isnan(value) or (first > 1 and value == values[first - 2]):
-            continue
-        text = f"{name} {value:.4g}"
-        if value == values[-1]:
-            axes.annotate(text, (1.0, value), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
-                          va="center", ha="left", fontsize=8, color=colour, annotation_clip=False)  # fmt: skip
-        else:
-            axes.annotate(text, (first - 0.5, value), (6, 5), textcoords="offset points", fontsize=8, color=colour,
-                          zorder=4, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
+def entitle(figure: Figure, title: str, below: str) -> None:
+    """Put a title above all, and what it is of below it."""
+    figure.suptitle(title, fontsize=8, weight="bold")
+    figure.axes[0].set_title(below, fontsize=6.5, weight="normal", loc="center", color=SOFT)
 
 
-def _setting(summary: Summary) -> str:
+def setting(summary: Summary, seeds: str = "") -> str:
+    """Return a run's brain, protocol, arena and seed in words; `seeds` in place of its own."""
     (width, height), (x, y) = summary.cells, summary.target
     jumps = any(epoch.ceiling_hits_per_1000 != summary.ceiling_hits_per_1000 for epoch in summary.epochs)
     where = f"target ({x}, {y}), which jumps" if jumps else f"target ({x}, {y})"
     crossed = f", wheels crossed from epoch {summary.crossed_epoch}" if summary.crossed_epoch else ""
-    return f"{summary.brain}, {summary.protocol}, {width}×{height} cells, {where}, seed {summary.seed}{crossed}"
+    own = seeds or f"seed {summary.seed}"
+    return f"{summary.brain}, {summary.protocol}, {width}×{height} cells, {where}, {own}{crossed}"
 
 
-def _time_unit(end_s: float) -> tuple[str, float]:
-    """Return the unit in which a run's length is easy to read, and its seconds."""
-    if end_s >= 2 * 3600:
-        return "h", 3600.0
-    return ("min", 60.0) if end_s >= 2 * 60 else ("s", 1.0)
-
-
-def _policy_size(width: int, height: int) -> tuple[float, float]:
-    """Return inches that give a cell the same look on grids of any shape, within a page."""
-    inch_per_cell = min(0.9, 8.0 / max(width, height))
-    return max(3.2, inch_per_cell * width + 1.7), max(2.6, inch_per_cell * height + 1.0)
+def policy_size(width: int, height: int) -> tuple[float, float]:
+    """Return millimetres that give a cell the same look on grids of any shape, within a page."""
+    mm_per_cell = min(17.0, 150.0 / max(width, height))
+    return max(62.0, mm_per_cell * width + 32.0), max(50.0, mm_per_cell * height + 22.0)

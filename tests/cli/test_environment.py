@@ -9,7 +9,7 @@ import pytest
 from scla_mj.cli.main import main
 
 OPTIONS = ["--brain", "automaton", "--epochs", "1", "--decisions", "12", "--seed", "3"]
-BITS = ("decisions.parquet", "brain.npz", "epochs.png", "policy.png")
+BITS = ("decisions.parquet", "brain.npz", "learning.png", "policy.png")
 
 LIBRARIES = {
     "MPLBACKEND": "module://matplotlib_inline.backend_inline",  # as every notebook exports it

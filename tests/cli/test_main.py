@@ -135,7 +135,7 @@ def test_a_rollout_ends_with_a_table_its_files_and_the_line_that_opens_the_recor
     assert sum(hits) == sum(table["hit"].to_pylist())
     names = {file.name for file in run.iterdir()}
     assert names == {
-        "config.json", "decisions.parquet", "summary.json", "brain.npz", "epochs.png", "weights.png", "policy.png",
+        "config.json", "decisions.parquet", "summary.json", "brain.npz", "learning.png", "weights.png", "policy.png",
         "recording.rrd", "seal.json",
     }  # fmt: skip
     assert all(name in printed for name in names)

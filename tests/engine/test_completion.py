@@ -20,7 +20,7 @@ from scla_mj.runs.decisions import take_back
 
 CONFIG = dataclasses.replace(QUICK, brain="automaton")
 LAST = CONFIG.epochs * CONFIG.decisions
-FIGURES = (paths.EPOCHS_PNG, paths.POLICY_PNG)  # an automaton has no weights
+FIGURES = (paths.LEARNING_PNG, paths.POLICY_PNG)  # an automaton has no weights
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_what_is_missing_is_finished_to_the_same_bytes(lose, run, whole, capsys)
 def test_the_command_says_in_a_line_what_it_wrote(run, capsys):
     remove(FIGURES[1])(run)
     assert main(["resume", str(run)]) == 0
-    assert capsys.readouterr().out == f"{run} had all its decisions; written: epochs.png, policy.png, seal.json\n"
+    assert capsys.readouterr().out == f"{run} had all its decisions; written: learning.png, policy.png, seal.json\n"
 
 
 @pytest.mark.parametrize("name", [paths.DECISIONS_PARQUET, paths.BRAIN_NPZ, paths.SUMMARY_JSON])

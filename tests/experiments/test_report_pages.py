@@ -153,7 +153,7 @@ def test_every_figure_of_the_report_is_a_file_next_to_it_with_its_data(out, text
     links = re.findall(r"\]\((figures/[^)]+)\)", text)
     assert len(links) == text.count("**Figure ") > 5
     for link in links:
-        assert matplotlib.image.imread(out / link).shape[1] == round(drawing.DPI * charts.WIDTH_IN)
+        assert matplotlib.image.imread(out / link).shape[1] == round(drawing.DPI * drawing.WIDE_MM / 25.4)
         assert (out / "csv" / f"figure-{link[8:-4]}.csv").is_file()
 
 

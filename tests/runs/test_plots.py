@@ -11,9 +11,9 @@ from scla_mj.config import RunConfig
 from scla_mj.engine.account import Account
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
-from scla_mj.paths import EPOCHS_PNG, POLICY_PNG, WEIGHTS_PNG
-from scla_mj.runs.drawing import POLICY_SHADES
-from scla_mj.runs.plots import BAR, CEILING, CHANCE, plot_epochs, plot_policy, plot_weights
+from scla_mj.paths import LEARNING_PNG, POLICY_PNG, WEIGHTS_PNG
+from scla_mj.runs.drawing import POLICY_SHADES, block_edges, block_hits, block_middles
+from scla_mj.runs.plots import CEILING, CHANCE, HITS, plot_learning, plot_policy, plot_weights
 from scla_mj.runs.summary import epoch_summary
 from scla_mj.signals import WeightCurve
 
@@ -36,38 +36,46 @@ def summary_of(hits, ceilings=()):
     return type(summary)(**{**vars(summary), "epochs": epochs})
 
 
-def test_bars_are_as_high_as_the_hits(tmp_path):
-    plot_epochs(tmp_path, summary_of([100, 200, 300, 400]))
-    columns = mask(pixels(tmp_path / EPOCHS_PNG), BAR).sum(axis=0)
-    edges = np.flatnonzero(np.diff((columns > 5).astype(int)))
-    bars = [columns[start + 1 : stop].max() for start, stop in edges.reshape(-1, 2)]
-    assert np.array(bars) / bars[0] == pytest.approx([1, 2, 3, 4], abs=0.1)
+def test_blocks_share_no_decision_and_leave_none_out():
+    hits = np.random.Generator(np.random.PCG64(3)).random(4321) < 0.3
+    edges = block_edges(len(hits))
+    assert edges[0] == 0 and edges[-1] == len(hits)
+    lengths = np.diff(edges)
+    assert lengths.min() >= 25 and lengths.max() <= 1000 + 25
+    assert (block_hits(hits, edges) * lengths / 1000).sum() == pytest.approx(hits.sum(), abs=1e-9)
+    assert (block_middles(edges) > edges[:-1]).all() and (block_middles(edges) <= edges[1:]).all()
 
 
-def test_a_target_that_jumps_changes_the_ceiling_and_ends_the_line_of_chance(tmp_path):
-    """Bars of 400, 240 and 240 hits reach their epochs' ceilings: the line lies on top of each."""
-    plot_epochs(tmp_path, summary_of([400, 240, 240], [400.0, 240.0, 240.0]))
-    image = pixels(tmp_path / EPOCHS_PNG)
-    bars = mask(image, BAR)
-    edges = np.flatnonzero(np.diff((bars.sum(axis=0) > 20).astype(int))).reshape(-1, 2)
-    above_axis = slice(int(0.85 * len(image)))
-    ceiling, walk = mask(image[above_axis], CEILING), mask(image[above_axis], CHANCE)
-    tops = []
-    for start, stop in edges:
-        assert ceiling[:, start:stop].sum(axis=1).max() > 0.4 * (stop - start)  # dashed
-        tops.append(int(np.flatnonzero(bars[:, (start + stop) // 2])[0]))
-        assert abs(int(ceiling[:, start:stop].sum(axis=1).argmax()) - tops[-1]) < 8
-    assert tops[1] - tops[0] > 100 and abs(tops[1] - tops[2]) < 4  # the dashes hide a bar's edge, or do not
-    dotted = [int(walk[tops[1] + 50 :, start:stop].sum(axis=1).max()) for start, stop in edges]
-    assert dotted[0] > 20 and dotted[1:] == [0, 0]
+@pytest.mark.parametrize("decisions", [1, 24, 25, 49, 50])
+def test_a_short_run_is_one_block_or_two(decisions):
+    edges = block_edges(decisions)
+    assert edges.tolist() == ([0, decisions] if decisions < 50 else [0, 25, 50])
+    assert block_hits(np.ones(decisions, bool), edges) == pytest.approx(1000.0)
+
+
+def test_the_ceiling_steps_where_the_target_jumps_and_the_line_of_chance_ends_there(tmp_path):
+    """All of 1000 decisions hit, then none of 1000: the scale; the ceilings of the epochs are 800 and 500."""
+    hits = np.repeat([True, False], 1000)
+    plot_learning(tmp_path, summary_of([1000, 0], [800.0, 500.0]), hits)
+    image = pixels(tmp_path / LEARNING_PNG)
+    curve, ceiling = mask(image, HITS), mask(image, CEILING)
+    columns = np.flatnonzero(curve.any(axis=0))
+    top, bottom = (int(np.flatnonzero(curve[:, columns[side]]).mean()) for side in (20, -2))
+    dashed = top + np.flatnonzero(ceiling[top:bottom, columns[0] : columns[-1]].sum(axis=1) > 30)
+    for level in (800.0, 500.0):
+        assert abs(dashed - (bottom + (top - bottom) * level / 1000.0)).min() < 4
+    assert len(dashed) < 12  # and there is no other
+    chance = mask(image[bottom - 25 : bottom - 8], CHANCE).any(axis=0)
+    after = np.flatnonzero(chance[columns[0] : columns[-1]])
+    assert after.max() < 0.93 * (columns[-1] - columns[0])  # the last third of a decade is the second epoch
 
 
 def test_weights_are_drawn_in_warm_colours_where_sensor_and_motor_agree(tmp_path):
     time_s = np.linspace(0, 600, 50)
     means = np.array([[3.9 if projection.agrees else 0.3 for projection in PROJECTIONS]]) + np.zeros((50, 1))
     means += np.linspace(-0.25, 0.0, 8)
-    plot_weights(tmp_path, WeightCurve(np.arange(50), time_s, means), PROJECTIONS, summary_of([400]))
-    image = pixels(tmp_path / WEIGHTS_PNG)[:, : 5 * 150]  # left of the legend
+    plot_weights(tmp_path, WeightCurve(np.arange(1, 51) * 20, time_s, means), PROJECTIONS, summary_of([400]))
+    image = pixels(tmp_path / WEIGHTS_PNG)[:, : 4 * 220]  # left of the legend
     upper, lower = image[: image.shape[0] // 2], image[image.shape[0] // 2 :]
     for projection in PROJECTIONS:
         colour = PROJECTION_COLOURS[projection.name]
@@ -100,9 +108,9 @@ def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
 def test_the_same_data_give_the_same_bytes(tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        plot_epochs(tmp_path / name, summary_of([3, 9]))
+        plot_learning(tmp_path / name, summary_of([3, 9]), np.arange(2000) % 3 == 0)
         plot_policy(tmp_path / name, PAPER, np.full((5, 5, 4), 0.25), summary_of([3, 9]))
-    for name in (EPOCHS_PNG, POLICY_PNG):
+    for name in (LEARNING_PNG, POLICY_PNG):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 
@@ -110,13 +118,13 @@ def test_the_same_data_give_the_same_bytes(tmp_path):
 def test_grids_of_any_shape_and_runs_of_no_length_are_drawn(tmp_path, cells, target):
     plot_policy(tmp_path, Grid(cells, Cell(*target), 0.3), np.full((*cells, 4), 0.25), summary_of([]))
     plot_weights(tmp_path, WeightCurve(np.zeros(0, int), np.zeros(0), np.zeros((0, 8))), PROJECTIONS, summary_of([]))
-    plot_epochs(tmp_path, summary_of([]))
-    assert {path.name for path in tmp_path.iterdir()} == {POLICY_PNG, WEIGHTS_PNG, EPOCHS_PNG}
+    plot_learning(tmp_path, summary_of([]), np.zeros(0, bool))
+    assert {path.name for path in tmp_path.iterdir()} == {POLICY_PNG, WEIGHTS_PNG, LEARNING_PNG}
 
 
 def test_a_figure_is_the_same_whatever_matplotlib_was_told_before(tmp_path):
-    plot_epochs(tmp_path, summary_of([100]))
-    plain = (tmp_path / EPOCHS_PNG).read_bytes()
+    plot_learning(tmp_path, summary_of([100]), np.arange(1000) % 10 == 0)
+    plain = (tmp_path / LEARNING_PNG).read_bytes()
     with mpl.rc_context({"text.usetex": True, "figure.dpi": 1, "savefig.dpi": 1, "font.family": "monospace"}):
-        plot_epochs(tmp_path, summary_of([100]))
-    assert (tmp_path / EPOCHS_PNG).read_bytes() == plain
+        plot_learning(tmp_path, summary_of([100]), np.arange(1000) % 10 == 0)
+    assert (tmp_path / LEARNING_PNG).read_bytes() == plain

@@ -19,9 +19,8 @@ from scla_mj.experiments.report.study import Study
 from scla_mj.experiments.report.tables import INTERVAL, Figure, Interval, Row
 from scla_mj.experiments.report.wording import labels, setting
 from scla_mj.grid import Action
-from scla_mj.runs.drawing import INK, RULE, SOFT, canvas, draw_policy, draw_weights
+from scla_mj.runs.drawing import INK, RULE, SOFT, canvas, draw_line, draw_policy, draw_weights
 
-WIDTH_IN: Final = 8.6
 SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6d31", "#7a68b3")
 """Okabe and Ito 2008, distinguishable with any colour vision; without their black and yellow, with two dark hues."""
 DASHES: Final = ("-", (0, (5, 1.5)), (0, (2, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-", (0, (5, 1.5)), (0, (2, 1.2)), "-")
@@ -138,7 +137,7 @@ def draw_curves(
 
     Over anything but epochs the x axis begins at 0.
     """
-    with canvas(WIDTH_IN, 3.9 + 0.12 * len(lines)) as (figure, grid):
+    with canvas(height_mm=80 + 2.6 * len(lines)) as (figure, grid):
         axes: Axes = grid[0, 0]
         axes.grid(axis="y")
         axes.margins(x=0.02)
@@ -147,13 +146,14 @@ def draw_curves(
         for level in levels:
             axes.plot(level.x, level.values, color=SOFT, lw=1.0, ls=_DOTTED, drawstyle="steps-mid")
             axes.annotate(level.text, (1.0, level.values[-1]), (5, 0), xycoords=("axes fraction", "data"),
-                          textcoords="offset points", va="center", fontsize=8.5, color=SOFT)  # fmt: skip
+                          textcoords="offset points", va="center", fontsize=6.5, color=SOFT)  # fmt: skip
         for line in lines:
-            _draw_line(axes, line)
+            colour, dash = SERIES[line.series % len(SERIES)], DASHES[line.series % len(DASHES)]
+            draw_line(axes, line.x, line.curve, colour, dash, line.label)
         for x, text in marks:
             axes.axvline(x, color=SOFT, lw=1.0)
             axes.annotate(text, (x, 0.02), (4, 0), xycoords=("data", "axes fraction"), textcoords="offset points",
-                          fontsize=8.5, color=SOFT)  # fmt: skip
+                          fontsize=6.5, color=SOFT)  # fmt: skip
         axes.set_ylim(bottom=0)
         if x_label != "epoch":
             axes.set_xlim(0.0, 1.02 * max(line.x[-1] for line in lines))
@@ -161,14 +161,6 @@ def draw_curves(
             columns = 2 if max(len(line.label) for line in lines) <= _LEGEND_LETTERS else 1
             figure.legend(loc="outside lower left", ncols=columns, handlelength=2.6)
         return figure
-
-
-def _draw_line(axes: Axes, line: Line) -> None:
-    colour, dash = SERIES[line.series % len(SERIES)], DASHES[line.series % len(DASHES)]
-    marker = "o" if len(line.x) < 8 else None
-    axes.plot(line.x, line.curve.mean, color=colour, ls=dash, lw=1.8, marker=marker, ms=4, label=line.label)
-    if not np.isnan(line.curve.low).all():
-        axes.fill_between(line.x, line.curve.low, line.curve.high, color=colour, alpha=0.2, lw=0)
 
 
 def ablations(key: str, items: Sequence[Evidence], study: Study) -> Figure:
@@ -200,17 +192,17 @@ def _draw_dots(names: Sequence[str], values: Array, ends: Array, baselines: Arra
     The axis begins at the ten percent below the least of them.
     """
     lines = sum(1 + name.count("\n") for name in names)
-    with canvas(WIDTH_IN, 1.0 + 0.27 * lines) as (figure, grid):
+    with canvas(height_mm=21 + 5.4 * lines) as (figure, grid):
         axes: Axes = grid[0, 0]
         rows, seen = np.arange(len(names)), np.column_stack([values, ends, baselines, chances])
         least = max(0.0, 10.0 * math.floor(float(np.nanmin(seen)) / 10.0 - 0.1))
         axes.hlines(rows, least, 100, color=RULE, lw=0.7, zorder=0)
-        axes.hlines(rows, *ends.T, color=SERIES[0], lw=2.2, zorder=2)
-        axes.plot(values, rows, "o", color=SERIES[0], ms=6, zorder=3, label="with this setting")
+        axes.hlines(rows, *ends.T, color=SERIES[0], lw=1.7, zorder=2)
+        axes.plot(values, rows, "o", color=SERIES[0], ms=4.5, zorder=3, label="with this setting")
         axes.plot(
-            baselines, rows, "|", color=SERIES[1], ms=13, mew=2.0, zorder=2, label="as built, over the same epochs"
+            baselines, rows, "|", color=SERIES[1], ms=10, mew=1.6, zorder=2, label="as built, over the same epochs"
         )
-        axes.plot(chances, rows, "|", color=SOFT, ms=13, mew=1.2, zorder=1, label="chance")
+        axes.plot(chances, rows, "|", color=SOFT, ms=10, mew=1.2, zorder=1, label="chance")
         axes.set_yticks(rows, names)
         axes.tick_params(axis="y", length=0, labelcolor=INK)
         axes.spines["left"].set_visible(False)
@@ -224,7 +216,7 @@ def _draw_dots(names: Sequence[str], values: Array, ends: Array, baselines: Arra
 def weights(key: str, items: Sequence[Evidence]) -> Figure:
     """Return the eight mean weights of experiments with synapses, next to one another, below the largest possible."""
     rows: list[Row] = []
-    with canvas(WIDTH_IN, 3.9, 1, len(items)) as (chart, grid):
+    with canvas(height_mm=80, columns=len(items)) as (chart, grid):
         for axes, item in zip(grid.flat, items, strict=True):
             assert item.weights is not None
             curve, x = statistics.learning_curve(item.weights), _epochs([item])
@@ -232,11 +224,11 @@ def weights(key: str, items: Sequence[Evidence]) -> Figure:
                 own = statistics.Curve(*(values[:, index] for values in curve))
                 named = curve_rows(projection.name.replace("to", " → "), x, own)
                 rows += [(item.experiment.title, *row) for row in named]
-            draw_weights(axes, x, curve.mean, (curve.low, curve.high))
+            draw_weights(axes, x, curve)
             axes.axhline(item.experiment.config.network.weight_max, color=SOFT, lw=1.0, ls=_DOTTED)
             axes.xaxis.set_major_locator(MaxNLocator(nbins=12 // len(items), integer=True))
             axes.set_xlabel("epoch")
-            axes.set_title(textwrap.fill(item.experiment.title, _TITLE_LETTERS), fontsize=9)
+            axes.set_title(textwrap.fill(item.experiment.title, _TITLE_LETTERS), fontsize=7)
         top = max(axes.get_ylim()[1] for axes in grid.flat)
         for axes in grid.flat:
             axes.set_ylim(0.0, top)
@@ -250,14 +242,14 @@ def policies(items: Sequence[Evidence]) -> Figure:
     """Return the maps of experiments with automata at the end of their runs, probabilities the mean over seeds."""
     height = math.ceil(len(items) / _ACROSS)
     rows: list[Row] = []
-    with canvas(WIDTH_IN, 0.6 + 3.05 * height, height, _ACROSS) as (chart, grid):
+    with canvas(height_mm=14 + 63 * height, rows=height, columns=_ACROSS) as (chart, grid):
         for axes in grid.flat[len(items) :]:
             axes.set_visible(False)
         for axes, item in zip(grid.flat, items, strict=False):
             assert item.probabilities is not None
             shades = draw_policy(axes, item.last_grid, item.probabilities)
-            axes.tick_params(labelsize=7.5)
-            axes.set_title(textwrap.fill(item.experiment.title, _TITLE_LETTERS), fontsize=9)
+            axes.tick_params(labelsize=6)
+            axes.set_title(textwrap.fill(item.experiment.title, _TITLE_LETTERS), fontsize=7)
             rows += _policy_rows(item, item.probabilities)
         chart.colorbar(shades, ax=grid[0], label="probability of an action", location="top", shrink=0.45, aspect=32)
     columns: dict[str, int | None] = {"experiment": None, "x": 0, "y": 0}

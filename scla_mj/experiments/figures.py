@@ -1,0 +1,190 @@
+"""Figures of one or of several runs for a paper: what they earned, their synapses, their policies.
+
+Runs that differ in nothing but the seed are one line with a band, the 95 % interval of their mean.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from scla_mj.engine.stored_run import StoredRun
+from scla_mj.errors import SclaError
+from scla_mj.experiments import statistics
+from scla_mj.experiments.report.charts import DASHES, SERIES
+from scla_mj.experiments.report.wording import seeds_text
+from scla_mj.runs import drawing, plots
+from scla_mj.runs.atomic import writing
+from scla_mj.runs.decisions import read_hits
+
+COLUMN_MM: Final = 85.0
+_POINTS: Final = 60
+"""Of a band of weights: more than the eye parts on a log axis."""
+_BINS: Final = 40
+
+
+class Group(NamedTuple):
+    """Runs of the same settings, one or more seeds, and what the legend calls them."""
+
+    runs: tuple[StoredRun, ...]
+    label: str
+
+    @property
+    def first(self) -> StoredRun:
+        """The run whose arena and anatomy stand for all."""
+        return self.runs[0]
+
+    @property
+    def setting(self) -> str:
+        """Brain, protocol, arena and seeds in words."""
+        return plots.setting(self.first.summary, seeds_text([run.config.seed for run in self.runs]))
+
+    @property
+    def has_weights(self) -> bool:
+        """Whether the brain has synapses that change."""
+        return self.first.brain.weights is not None and self.first.anatomy is not None
+
+
+def draw_runs(
+    folders: Sequence[Path], out: Path, *, kinds: Sequence[drawing.Kind] = ("png", "pdf", "svg")
+) -> list[Path]:
+    """Draw `learning`, and for every group with synapses `weights`, with automata `policy`; return the files.
+
+    Raises:
+        SclaError: a run is missing, damaged or twice, or has no summary; a file is already in `out`, or cannot be
+            written.
+    """
+    groups = _grouped([StoredRun(folder) for folder in folders])
+    figures = {"learning": _learning(groups)}
+    for group in groups:
+        suffix = f"-{group.label.replace(', ', '-').replace(' ', '-').replace('/', '-')}" if len(groups) > 1 else ""
+        if group.has_weights:
+            figures[f"weights{suffix}"] = _weights(group)
+        if group.first.brain.probabilities is not None:
+            figures[f"policy{suffix}"] = _policy(group)
+    return _written(figures, out, kinds)
+
+
+def _grouped(runs: Sequence[StoredRun]) -> list[Group]:
+    alike: dict[str, list[StoredRun]] = {}
+    for run in runs:
+        alike.setdefault(repr(dataclasses.replace(run.config, seed=0, telemetry="off")), []).append(run)
+    names = [f"{own[0].config.brain}, {own[0].config.protocol}" for own in alike.values()]
+    groups = []
+    for name, own in zip(names, alike.values(), strict=True):
+        seeds = [run.config.seed for run in own]
+        if len(set(seeds)) < len(seeds):
+            twice = next(run for run in own if seeds.count(run.config.seed) > 1)
+            raise SclaError(f"{twice.path} has the settings and the seed of another of the runs: name each run once")
+        groups.append(Group(tuple(own), name if names.count(name) == 1 else f"{name}, {own[0].path.name}"))
+    return groups
+
+
+def _learning(groups: Sequence[Group]) -> Figure:
+    """Return hits over the decisions and, of a single group with synapses, mean weights and their histogram."""
+    alone = len(groups) == 1 and groups[0].has_weights
+    with drawing.canvas(height_mm=62 if alone else 80, columns=3 if alone else 1) as (figure, grid):
+        axes: Axes = grid[0, 0]
+        summaries = [group.first.summary for group in groups]
+        for index, group in enumerate(groups):
+            x, curve = _hits(group)
+            label = group.label if len(group.runs) == 1 else f"{group.label}, {len(group.runs)} seeds"
+            drawing.draw_line(axes, x, curve, SERIES[index % len(SERIES)], DASHES[index % len(DASHES)], label)
+        plots.draw_bounds(axes, max(summaries, key=lambda summary: sum(epoch.decisions for epoch in summary.epochs)))
+        figure.suptitle(groups[0].setting if len(groups) == 1 else "", fontsize=6.5, color=drawing.SOFT)
+        if len(groups) > 1:
+            figure.legend(loc="outside lower left", ncols=2, handlelength=2.6)
+        if alone:
+            _draw_weights(grid[0, 1], groups[0])
+            _draw_histogram(grid[0, 2], groups[0])
+            for panel, letter, title in zip(grid[0], "abc", ("Hits", "Synapses", "Weights at the end"), strict=True):
+                panel.set_title(f"{letter}  {title}", pad=14)
+        return figure
+
+
+def _hits(group: Group) -> tuple[drawing.Array, drawing.Curve]:
+    hits = [read_hits(run.path) for run in group.runs]
+    edges = drawing.block_edges(min(map(len, hits)))
+    blocks = np.array([drawing.block_hits(own, edges) for own in hits])
+    return drawing.block_middles(edges), statistics.learning_curve(blocks)
+
+
+def _draw_weights(axes: Axes, group: Group) -> None:
+    assert group.first.anatomy is not None
+    histories = [run.weight_history for run in group.runs]
+    count = min(len(history.decision) for history in histories)
+    spaced = np.geomspace(1, count, _POINTS if len(histories) > 1 else count)
+    kept = np.unique(np.round(spaced).astype(int)) - 1
+    means = np.array([history.mean_weights[kept] for history in histories])
+    x = histories[0].decision[kept].astype(float)
+    drawing.draw_weights(axes, x, statistics.learning_curve(means), group.first.anatomy.projections)
+    drawing.over_decisions(axes, plots.epoch_ends(group.first.summary))
+
+
+def _draw_histogram(axes: Axes, group: Group) -> None:
+    """Draw the shares of synapses by weight: of the paper's brain by whether sensor and motor agree."""
+    assert group.first.anatomy is not None
+    projections = group.first.anatomy.projections
+    dashed = [[projection.name for projection in projections if projection.dashed is kind] for kind in (False, True)]
+    kinds = dict(zip(("agreeing", "opposite"), dashed, strict=True)) if all(dashed) else {"": dashed[0] + dashed[1]}
+    most = group.first.config.network.weight_max
+    bins = np.linspace(0.0, most, _BINS + 1).tolist()
+    looks: tuple[dict[str, Any], ...] = (
+        {"histtype": "stepfilled", "color": drawing.INK, "alpha": 0.85},
+        {"histtype": "step", "color": SERIES[1]},
+    )
+    for (kind, names), look in zip(kinds.items(), looks, strict=False):
+        values = np.concatenate([_weights_of(run, name) for run in group.runs for name in names])
+        axes.hist(values, bins, weights=np.full(len(values), 100.0 / max(len(values), 1)), label=kind, **look)
+    axes.set_yscale("log")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (10 if len(kinds) > 1 else 1))  # room for the key
+    axes.set_xlabel("weight (mV)")
+    axes.set_ylabel("share of synapses (%)")
+    if len(kinds) > 1:
+        axes.legend(loc="upper center", ncols=2, handlelength=1.2, columnspacing=1.0)
+
+
+def _weights_of(run: StoredRun, name: str) -> drawing.Array:
+    weights: Any = run.brain.weights
+    assert run.anatomy is not None
+    index = [projection.name for projection in run.anatomy.projections].index(name)
+    return np.asarray(weights[name] if isinstance(weights, dict) else weights[index], dtype=float).ravel()
+
+
+def _weights(group: Group) -> Figure:
+    with drawing.canvas(width_mm=130, height_mm=75) as (figure, grid):
+        _draw_weights(grid[0, 0], group)
+        plots.entitle(figure, "Mean weights", group.setting)
+        return figure
+
+
+def _policy(group: Group) -> Figure:
+    arena = group.first.checked.grid(group.first.summary.epochs[-1].epoch)
+    mean = np.mean([np.asarray(run.brain.probabilities) for run in group.runs], axis=0)
+    width_mm, height_mm = plots.policy_size(*arena.cells)
+    with drawing.canvas(width_mm=max(width_mm, COLUMN_MM), height_mm=height_mm) as (figure, grid):
+        shades = drawing.draw_policy(grid[0, 0], arena, mean)
+        grid[0, 0].set(xlabel="x", ylabel="y")
+        figure.colorbar(shades, ax=grid[0, 0], label="probability", shrink=0.85)
+        plots.entitle(figure, "Action probabilities of the cells", group.setting)
+        return figure
+
+
+def _written(figures: dict[str, Figure], out: Path, kinds: Sequence[drawing.Kind]) -> list[Path]:
+    files = {out / f"{name}.{kind}": (figure, kind) for name, figure in figures.items() for kind in kinds}
+    for file in files:
+        if file.exists():
+            raise SclaError(f"{file} is already there: choose another folder for the figures, or remove it first")
+    with writing(out, folder="--out"):
+        out.mkdir(parents=True, exist_ok=True)
+    for file, (figure, kind) in files.items():
+        with writing(file, folder="--out"):
+            drawing.save(figure, file, kind=kind, salt=file.stem)
+    return list(files)
