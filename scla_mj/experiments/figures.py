@@ -21,7 +21,6 @@ from scla_mj.experiments.report.charts import DASHES, SERIES
 from scla_mj.experiments.report.wording import seeds_text
 from scla_mj.runs import drawing, plots
 from scla_mj.runs.atomic import writing
-from scla_mj.runs.decisions import read_hits
 
 COLUMN_MM: Final = 85.0
 _POINTS: Final = 60
@@ -109,7 +108,7 @@ def _learning(groups: Sequence[Group]) -> Figure:
 
 
 def _hits(group: Group) -> tuple[drawing.Array, drawing.Curve]:
-    hits = [read_hits(run.path) for run in group.runs]
+    hits = [run.decisions["hit"].to_numpy() for run in group.runs]
     edges = drawing.block_edges(min(map(len, hits)))
     blocks = np.array([drawing.block_hits(own, edges) for own in hits])
     return drawing.block_middles(edges), statistics.learning_curve(blocks)

@@ -14,10 +14,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action
@@ -262,16 +260,6 @@ def read_decisions(folder: Path) -> pa.Table:
                 f"{path} is damaged: {name} is {foreign[0]!r}, it must be one of {', '.join(sorted(allowed))}"
             )
     return table
-
-
-def read_hits(folder: Path) -> NDArray[np.bool_]:
-    """Return for every decision of a run (decisions,) whether it reached the target.
-
-    Raises:
-        SclaError: as `read_decisions`.
-    """
-    hits: NDArray[np.bool_] = read_decisions(folder)["hit"].to_numpy().astype(bool)
-    return hits
 
 
 def _check_columns(path: Path, found: pa.Schema) -> None:

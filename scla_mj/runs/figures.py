@@ -25,7 +25,7 @@ from scla_mj.errors import SclaError
 from scla_mj.paths import FIGURES
 from scla_mj.runs.atomic import remove
 from scla_mj.runs.brain import read_brain, read_weight_history
-from scla_mj.runs.decisions import read_hits
+from scla_mj.runs.decisions import read_decisions
 from scla_mj.runs.summary import Summary, read_summary
 from scla_mj.signals import Snapshot, WeightCurve
 
@@ -42,7 +42,7 @@ def draw(folder: Path, checked: CheckedConfig, anatomy: Anatomy | None) -> None:
     Raises:
         SclaError: a file is missing or damaged, or the figures cannot be drawn or written.
     """
-    summary, hits = read_summary(folder), read_hits(folder)
+    summary, hits = read_summary(folder), read_decisions(folder)["hit"].to_numpy()
     memory, curve = read_brain(folder, anatomy), read_weight_history(folder)
     for left in folder.glob(f"{_SCRATCH}*"):  # by a process that was killed
         shutil.rmtree(left, ignore_errors=True)
