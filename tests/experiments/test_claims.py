@@ -78,11 +78,16 @@ def test_equality_is_said_only_by_two_one_sided_tests(own, other, p_holm, words)
     assert claim_of(own, other, p_holm).words == words
 
 
-def test_the_ladder_for_another_page_has_the_reports_rows_and_claims(out):
+def test_the_ladder_for_another_page_has_the_reports_numbers_and_its_claims_against_the_best(out):
     report, ladder = ((out / name).read_text(encoding="utf-8") for name in ("report.md", "ladder.md"))
-    lines = [line for line in ladder.splitlines() if line.startswith(("| ", "- "))]
-    assert len(lines) == 2 + len(SOME) + 4  # table and bullets
-    assert set(lines) <= set(report.splitlines())
+    bullets = [line for line in ladder.splitlines() if line.startswith("- ")]
+    assert len(bullets) == 2 and set(bullets) <= set(report.splitlines())
+    table = [line.split(" | ") for line in ladder.splitlines() if line.startswith("| ")]
+    width = len(read_csv(out, "table-ladder")[0])
+    of_the_report = {row[0]: row for line in report.splitlines() if len(row := line.split(" | ")) == width}
+    assert len(table) == 2 + len(SOME)
+    for brain, *cells in table[2:]:
+        assert set(cells[:-1]) <= set(of_the_report[brain])
     rows = {row["brain"]: row for row in read_csv(out, "table-ladder")}
     assert len(rows) == len(SOME)
     hits = hits_by_hand(out, BY_NAME["rung"])

@@ -23,6 +23,7 @@ _SKILL: Final = {"above chance, %": 1, "moves nearer, %": 2, "regret": 2}
 _IN_PERCENT: Final = {"epoch 1, %": 1, "settled, %": 2, INTERVAL: 2, "worst seed, %": 1, **_SKILL}
 _SPEED: Final = {"decisions to 90 %": 0, "reached by": None, "epochs": None, "seeds": 0}
 _OF_THE_LADDER: Final = {"epoch 1": 1, "settled": 1, "% of ceiling": 1, "above chance, %": 1, "regret": 2}
+_LEFT_OUT: Final = (": % of ceiling", ": above chance, %", "sensed-start: regret")
 _COLUMNS: Final[dict[str, dict[str, int | None]]] = {
     "brain": {"epoch 1": 1, "settled": 2, INTERVAL: 2, "% of ceiling": 1, "moves per hit": 2, **_SKILL, **_SPEED},
     "world": {"ceiling": 2, **_IN_PERCENT, "moves per hit": 2, **_SPEED},
@@ -107,6 +108,14 @@ def ladder(study: Study) -> Table | None:
         rows.append((title, *plain, *cross, " or ".join(map(str, seeds))))
     said = f"Settled: epochs {span_text(*span)} of every run. {setting(*items, *crossed)}"
     return Table("ladder", columns, rows, said)
+
+
+def brief(ladder: Table) -> Table:
+    """Return the ladder for a first page: without what follows from its other columns."""
+    kept = [index for index, name in enumerate(ladder.columns) if not name.endswith(_LEFT_OUT)]
+    names = list(ladder.columns)
+    rows = [tuple(row[index] for index in kept) for row in ladder.rows]
+    return Table(ladder.key, {names[index]: ladder.columns[names[index]] for index in kept}, rows, ladder.setting)
 
 
 def _rung(item: Evidence | None, first: int, span: tuple[int, int]) -> tuple[Cell, ...]:
