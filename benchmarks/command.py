@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Bench:
     """Time a run's decisions against bare physics and bare neurons, in turn; print medians and ratios (4 minutes).
-    --growth, --long, --seeds and --peers measure that instead."""
+    --growth, --long, --seeds, --fleets and --peers measure that instead."""
 
     repetitions: int = 5
     """Repetitions in turn; each figure is a median over them."""
@@ -34,6 +34,9 @@ class Bench:
     """Memory and speed over 30,000 decisions compared with 3,000 and with their bare parts (6 minutes)."""
     seeds: bool = False
     """Two seeds at once compared with one after the other; wants two free cores (1 minute)."""
+    fleets: bool = False
+    """The environments, 64 robots at once, and 64 with their brains, compared with their bare parts, on one core and on
+    two, which must be free (1 minute)."""
     peers: Path | None = None
     """The python of the peers' environment (docs/performance.md): Brian2, NEST and numpy run the same network; their
     spike trains must be ours (1 minute)."""
@@ -79,7 +82,13 @@ class Bench:
         return 0
 
     def _suites(self) -> list[str]:
-        wanted = {"growth": self.growth, "long": self.long, "seeds": self.seeds, "peers": self.peers is not None}
+        wanted = {
+            "growth": self.growth,
+            "long": self.long,
+            "seeds": self.seeds,
+            "fleets": self.fleets,
+            "peers": self.peers is not None,
+        }
         return [name for name, chosen in wanted.items() if chosen] or ["rollout"]
 
     def _check(self, names: list[str]) -> None:

@@ -191,7 +191,7 @@ def _median(tooks: Sequence[Took]) -> Took:
 
 
 def _first_decision(cache: Path | None) -> Took:
-    found = _ask(
+    found = ask(
         "first", {"config": dataclasses.asdict(RunConfig(epochs=1, decisions=1)), "started_s": time.time()}, cache
     )
     return Took(found["wall_s"], found["cpu_s"])
@@ -216,7 +216,8 @@ def _start_long(config: RunConfig, *, pace: int = 0) -> subprocess.Popen[str]:
     return _start("long", {"config": dataclasses.asdict(config), "stretch": stretch, "pace": pace}, None)
 
 
-def _ask(task: str, options: dict[str, Any], cache: Path | None) -> dict[str, Any]:
+def ask(task: str, options: dict[str, Any], cache: Path | None) -> dict[str, Any]:
+    """Return what a task of `subprocess_tasks` answers, in a process of its own."""
     return _finish([_start(task, options, cache)])[0]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
@@ -24,7 +24,7 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell
 from scla_mj.loop.drive import Driver
 from scla_mj.loop.periods import mj_step
-from scla_mj.signals import TRAJECTORY_COLUMNS
+from scla_mj.signals import TRAJECTORY_COLUMNS, Move
 from scla_mj.world.world import World
 
 _COMMANDS = slice(TRAJECTORY_COLUMNS.index("command_left_rad_s"), None)
@@ -60,11 +60,12 @@ class Episode(NamedTuple):
 
 @dataclass
 class Recorded:
-    """Everything that the physics and the network of one rollout were fed."""
+    """Everything that the physics and the network of one rollout were fed; `ended`: an episode ended with it."""
 
     episodes: list[Episode] = field(default_factory=list)
     network: list[NetworkCall] = field(default_factory=list)
     spikes: int = 0
+    ended: bool = True
 
     @property
     def network_ms(self) -> int:
@@ -75,6 +76,35 @@ class Recorded:
     def periods(self) -> int:
         """Control periods in all."""
         return sum(len(attempt.commands) for episode in self.episodes for attempt in episode.attempts)
+
+
+class HasPhysics(Protocol):
+    """A `World`, or MuJoCo's own model and data alone."""
+
+    @property
+    def model(self) -> Any:
+        """MuJoCo's model."""
+
+    @property
+    def data(self) -> Any:
+        """MuJoCo's data."""
+
+
+class Recorder:
+    """Writes down what the physics of a robot are fed: `begin` before every decision, `add` after it."""
+
+    def __init__(self) -> None:
+        self.recorded = Recorded()
+
+    def begin(self, world: World) -> None:
+        """Keep the state, if an episode begins with the decision."""
+        if self.recorded.ended:
+            self.recorded.episodes.append(Episode(_physics_state(world), []))
+
+    def add(self, driven: Action, cell: Cell, move: Move, *, ended: bool) -> None:
+        """Keep the commands; `ended`: the episode is over."""
+        self.recorded.episodes[-1].attempts.append(Attempt(driven, cell, move.trajectory[:, _COMMANDS].copy()))
+        self.recorded.ended = ended
 
 
 class _RecordingNetwork(Network):
@@ -112,18 +142,14 @@ def record(config: RunConfig) -> Recorded:
         SclaError: the configuration has no network to replay, delays the dopamine, or disturbs the robot.
     """
     require_replayable(config)
-    simulation, recorded = simulate(config), Recorded()
+    simulation, recorder = simulate(config), Recorder()
     assert isinstance(simulation.brain, SclaBrain)
-    simulation.brain.network = _RecordingNetwork(recorded, config)
-    fresh = True
+    simulation.brain.network = _RecordingNetwork(recorder.recorded, config)
     for _ in range(config.epochs * config.decisions):
-        if fresh:
-            recorded.episodes.append(Episode(_physics_state(simulation.world), []))
+        recorder.begin(simulation.world)
         done = simulation.step()
-        commands = done.move.trajectory[:, _COMMANDS].copy()
-        recorded.episodes[-1].attempts.append(Attempt(done.executed, done.percept.cell, commands))
-        fresh = done.hit or done.move.fallen
-    return recorded
+        recorder.add(done.executed, done.percept.cell, done.move, ended=done.hit or done.move.fallen)
+    return recorder.recorded
 
 
 def require_replayable(config: RunConfig) -> None:
@@ -146,12 +172,12 @@ def _physics_state(world: World) -> NDArray[np.float64]:
     return state
 
 
-def set_physics_state(world: World, state: NDArray[np.float64]) -> None:
+def set_physics_state(world: HasPhysics, state: NDArray[np.float64]) -> None:
     """Put the world where a recorded episode began."""
     mujoco.mj_setState(world.model, world.data, state, _STATE)
 
 
-def replay_physics(world: World, recorded: Recorded, steps_a_period: int) -> Iterator[None]:
+def replay_physics(world: HasPhysics, recorded: Recorded, steps_a_period: int) -> Iterator[None]:
     """Step the bare physics under the recorded commands, a compiled loop of `mj_step` alone; yields decisions."""
     for state, attempts in recorded.episodes:
         set_physics_state(world, state)

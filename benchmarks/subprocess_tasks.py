@@ -1,13 +1,15 @@
 """`python -m benchmarks.subprocess_tasks TASK JSON`: one measurement in a separate process.
 
 Prints a line of JSON. `first`: time to the end of the first decision; `long`: a rollout's CPU time by stretches of
-decisions and the process's peak memory. A long run with a `pace` prints an empty line after every so many decisions,
-and continues when it receives one.
+decisions and the process's peak memory; `memory`: of robots, and of robots with brains. A long run with a `pace` prints
+an empty line after every so many decisions, and continues when it receives one.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import math
 import os
 import resource
 import sys
@@ -58,6 +60,30 @@ def long_run(config: RunConfig, stretch: int, *, pace: int) -> dict[str, Any]:
     return {"cpu_s": cpu_s, "simulated_s": simulated_s, "peak_mb": peak_mb(), "total_cpu_s": time.process_time()}
 
 
+def memory(config: RunConfig, robots: int) -> dict[str, float]:
+    """Return what a robot of a fleet adds to the resident memory, in MB, and one with its brain; NaN but on Linux."""
+    from scla_mj.engine.build import simulate_fleet
+
+    found, kept = {}, []
+    for name, one in (("robot", dataclasses.replace(config, brain="q-learning")), ("brain", config)):
+        for number in (4, robots):  # the first few load what all share
+            before = resident_mb()
+            kept.append(simulate_fleet(one, range(number), threads=1))
+            for _ in range(3):
+                kept[-1].step()
+            found[name] = (resident_mb() - before) / number
+    return found
+
+
+def resident_mb() -> float:
+    """Return this process's resident memory in MB; NaN where there is no /proc."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    except OSError:
+        return math.nan
+    return pages * resource.getpagesize() / 1e6
+
+
 def peak_mb() -> float:
     """Return this process's peak resident memory in MB (Linux counts in KiB, macOS in bytes)."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -69,7 +95,7 @@ def main(task: str, argument: str) -> None:
     collect_rarely()  # as the command does
     options = json.loads(argument)
     config = validated(RunConfig, options.pop("config"), spell=option)
-    tasks: dict[str, Any] = {"first": first_decision, "long": long_run}
+    tasks: dict[str, Any] = {"first": first_decision, "long": long_run, "memory": memory}
     print(json.dumps(tasks[task](config, **options)))
 
 

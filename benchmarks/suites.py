@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from benchmarks import charts, growth, kernel_parts, moves, peers_race, processes, rollouts
+from benchmarks import charts, fleets, growth, kernel_parts, moves, peers_race, processes, rollouts
 from benchmarks.crosscheck import CHECKS
 from benchmarks.preflight import require_folder
 from benchmarks.table import ONE_REPETITION, Sheet, comma_separated, doubted
@@ -73,6 +73,10 @@ def _seeds(order: Order, watch: Watch) -> Result:
     return Result([processes.two_seeds(order.config, repetitions=order.repetitions, watch=watch)], {})
 
 
+def _fleets(order: Order, watch: Watch) -> Result:
+    return Result(fleets.measure(order.config, repetitions=order.repetitions, watch=watch), {})
+
+
 def _peers(order: Order, watch: Watch) -> Result:
     assert order.peers is not None
     return Result(peers_race.race(order.config, order.peers, repetitions=order.repetitions, watch=watch), {})
@@ -92,6 +96,7 @@ SUITES: Final = {
     ),
     "long": Suite(("long",), (), lambda _: 3, _long),
     "seeds": Suite(("seeds",), (), lambda order: order.repetitions, _seeds),
+    "fleets": Suite(("fleets", "cores"), (), lambda _: 3, _fleets),
     "peers": Suite(
         ("crosscheck", "peers"),
         (),

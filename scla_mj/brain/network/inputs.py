@@ -39,9 +39,7 @@ def fill(name: str, array: NDArray[Any], values: ArrayLike) -> NDArray[Any]:
 
 def current(drive: NDArray[Any]) -> NDArray[Any]:
     """Return the currents unless one is not a number, or so large that the network would not recover from it."""
-    with np.errstate(over="ignore"):
-        sound = drive.dot(drive) <= len(drive) * MOST_CURRENT**2
-    if not sound:
+    if not np.vdot(drive, drive) <= len(drive) * MOST_CURRENT**2:  # of an overflow `dot` would warn
         raise SclaError(
             f"drive goes from {drive.min():g} to {drive.max():g}: every current must be a number within 1e6"
         )
