@@ -77,13 +77,24 @@ def build_brain(checked: CheckedConfig) -> Brain:
             taken, or settings were changed that it does not read.
     """
     config = checked.config
+    kind, settings = check_brain(config)
+    with users_code(f"--brain {config.brain} cannot be made from a CheckedConfig:"):
+        build: Callable[..., Brain] = kind
+        brain: Brain = build(checked) if settings is None else build(checked, settings)
+    return brain
+
+
+def check_brain(config: RunConfig) -> tuple[type[Brain], Any]:
+    """Return the class of the brain that a configuration names, and the settings that it has of its own, or None.
+
+    Raises:
+        SclaError: as `build_brain`, short of making it.
+    """
     kind = find_brain(config.brain)
     with users_code(f"--brain {config.brain} cannot be made from a CheckedConfig:"):
         settings = own_settings(kind, config)
         _refuse_unread(kind, config)
-        build: Callable[..., Brain] = kind
-        brain: Brain = build(checked) if settings is None else build(checked, settings)
-    return brain
+    return kind, settings
 
 
 def find_brain(name: str) -> type[Brain]:

@@ -17,6 +17,7 @@ from scla_mj.cli.output import exit_code, make_harmless
 from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
+from scla_mj.cli.sweep import Sweep
 from scla_mj.collector import collect_rarely
 from scla_mj.engine.interrupts import HANGUP, Terminated
 from scla_mj.errors import SclaError
@@ -28,6 +29,7 @@ COMMANDS: Final = {
     "figures": Figures,
     "export": Export,
     "reproduce": Reproduce,
+    "sweep": Sweep,
     "bench": Bench,
 }
 

@@ -1,17 +1,20 @@
-"""The progress bar of a rollout."""
+"""The progress bars: of a rollout, and of many runs."""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from scla_mj.config import RunConfig
 
 if TYPE_CHECKING:
     from scla_mj.engine.account import Account
+    from scla_mj.experiments.campaign import Job, Watch
     from scla_mj.signals import DecisionRecord
 
 _REFRESH_DECISIONS: Final = 10
@@ -64,3 +67,20 @@ class RolloutProgress:
     ) -> None:
         if self._done:  # rich ends even a bar that never began with an empty line
             self._bar.stop()
+
+
+@contextlib.contextmanager
+def runs_bar() -> Iterator[Watch]:
+    """Show how many runs are done; yields the function that counts one."""
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    progress = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True))
+    bar = progress.add_task("runs")
+    with contextlib.ExitStack() as shown:
+
+        def watch(done: int, total: int, job: Job | None) -> None:
+            if job is None:
+                shown.enter_context(progress)
+            name = f"{job.experiment.name} {job.folder.name}" if job else "runs" if total else "all complete already"
+            progress.update(bar, completed=done, total=total, description=name)
+
+        yield watch

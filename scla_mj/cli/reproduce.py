@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro.conf
 
+from scla_mj.cli.progress import runs_bar
 from scla_mj.engine.interrupts import terminable
 from scla_mj.errors import SclaError
 
 if TYPE_CHECKING:
-    from scla_mj.experiments.campaign import Job
     from scla_mj.experiments.catalogue import Experiment
-    from scla_mj.experiments.reproduce import Watch
 
 _EVERYTHING: Final = ("all",)
 
@@ -52,7 +49,7 @@ class Reproduce:
             return 0
         if self.path is None:
             raise SclaError("OUT is missing: name a folder for the runs and the report, or --list the experiments")
-        with terminable(), _bar() as watch:
+        with terminable(), runs_bar() as watch:
             report = reproduce(experiments, self.path, workers=self.workers, watch=watch, command=self._command())
         print(f"The report:  {report}")
         return 0
@@ -103,30 +100,3 @@ def _print_experiments(experiments: tuple[Experiment, ...]) -> None:
         size = f"{len(experiment.seeds)} seeds, {experiment.config.epochs} epochs"
         console.print(f"[bold]{experiment.name}[/bold]  ({experiment.group}; {size})", soft_wrap=True)
         console.print(Padding(experiment.question, (0, 0, 0, 4)))
-
-
-@contextlib.contextmanager
-def _bar() -> Iterator[Watch]:
-    """Show how many runs are done; yields the function that counts one."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    progress = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True))
-    bar = progress.add_task("runs")
-    with contextlib.ExitStack() as shown:
-
-        def watch(done: int, total: int, job: Job | None) -> None:
-            if job is None:
-                shown.enter_context(progress)
-            name = f"{job.experiment.name} {job.folder.name}" if job else "runs" if total else "all complete already"
-            progress.update(bar, completed=done, total=total, description=name)
-
-        yield watch

@@ -44,8 +44,9 @@ def ensure(
     that cannot be resumed is removed: the error names it.
 
     Raises:
-        SclaError: the configuration cannot be run; the folder is in use by another process, holds a run with other
-            settings or a damaged one, or cannot be written to.
+        InUseError: another process runs it.
+        SclaError: the configuration cannot be run; the folder holds a run with other settings or a damaged one, or
+            cannot be written to.
     """
     checked = check(config)
     how = _How(pictures=pictures, checkpoint_period_s=checkpoint_period_s)

@@ -13,6 +13,10 @@ from scla_mj.paths import LOCK
 from scla_mj.runs.atomic import is_still, writing
 
 
+class InUseError(SclaError):
+    """Another process holds the folder: its end releases it."""
+
+
 @contextlib.contextmanager
 def exclusive(out: Path) -> Iterator[None]:
     """Make the folder `out` and hold it for a campaign.
@@ -22,7 +26,7 @@ def exclusive(out: Path) -> Iterator[None]:
     """
     with writing(out, folder="OUT"):
         out.mkdir(parents=True, exist_ok=True)
-    with _held(out, "OUT", "is in use by another reproduce: wait for its end or choose another OUT"):
+    with _held(out, "OUT", "is in use by another reproduce or sweep: wait for its end or choose another OUT"):
         yield
 
 
@@ -31,7 +35,8 @@ def running(run: Path) -> Iterator[None]:
     """Hold a run's folder.
 
     Raises:
-        SclaError: another process runs it, or it cannot be written to.
+        InUseError: another process runs it.
+        SclaError: it cannot be written to.
     """
     with _held(run, "RUN", "is in use: another process is running it; wait for its end"):
         held = (run / LOCK).stat()
@@ -63,7 +68,7 @@ def _held(folder: Path, what: str, refusal: str) -> Iterator[None]:
     try:
         lock.acquire()
     except Timeout as error:
-        raise SclaError(f"{folder} {refusal}") from error
+        raise InUseError(f"{folder} {refusal}") from error
     except NotImplementedError:
         yield  # a file system without locks: better to run unguarded than not at all
         return

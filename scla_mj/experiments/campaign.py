@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
+from scla_mj.engine.lock import exclusive
 from scla_mj.errors import SclaError
 from scla_mj.experiments.catalogue import Experiment
 from scla_mj.experiments.workers import ignoring_the_terminal, pool
+from scla_mj.runs.atomic import is_still
 
 
 class Job(NamedTuple):
@@ -22,6 +24,45 @@ class Job(NamedTuple):
     experiment: Experiment
     config: RunConfig
     folder: Path
+
+
+Watch = Callable[[int, int, Job | None], None]
+
+
+def campaign(
+    experiments: Sequence[Experiment],
+    out: Path,
+    *,
+    run: Callable[[Sequence[Job], Callable[[Job], None]], list[SclaError]],
+    write: Callable[[], Path],
+    watch: Watch,
+) -> Path:
+    """Run what `out` lacks, then write what came out of it; return what `write` does, the path of its page or table.
+
+    Args:
+        experiments: what to run, with every seed of each.
+        out: the folder, made if need be and held meanwhile.
+        run: carries out jobs, calls its second argument with each one that is done, and returns why others are not.
+        write: is called once all jobs are done or refused.
+        watch: is called with the number of finished runs, of all runs, and the last one finished: None at first.
+
+    Raises:
+        SclaError: `out` is in use, cannot be written, or holds other runs; or, once all else is done and written, a run
+            in it is not complete.
+    """
+    with exclusive(out):
+        place, jobs = out.stat(), open_jobs(out, experiments)
+        watch(0, len(jobs), None)
+        finished = iter(range(1, len(jobs) + 1))
+        refusals = run(jobs, lambda job: watch(next(finished), len(jobs), job))
+        if not is_still(out, place):
+            raise SclaError(f"{out} was moved or removed while its runs were made: start again with where it is now")
+        written = write()
+    if refusals:
+        raise SclaError(
+            f"{len(refusals)} of {len(jobs)} runs are not complete, and {written} leaves them out: {refusals[0]}"
+        )
+    return written
 
 
 def run_folder(out: Path, experiment: Experiment, seed: int) -> Path:

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from scla_mj.checked import check
-from scla_mj.engine.lock import exclusive
 from scla_mj.errors import SclaError
-from scla_mj.experiments.campaign import Job, open_jobs, run_jobs
+from scla_mj.experiments.campaign import Watch, campaign, run_jobs
 from scla_mj.experiments.catalogue import CATALOGUE, Experiment
 from scla_mj.experiments.report import write_report
-from scla_mj.runs.atomic import is_still
-
-Watch = Callable[[int, int, Job | None], None]
 
 
 def reproduce(
@@ -44,20 +40,13 @@ def reproduce(
     """
     _check(experiments)
     out = Path(out)
-    with exclusive(out):
-        place, jobs = out.stat(), open_jobs(out, experiments)
-        watch(0, len(jobs), None)
-        finished = iter(range(1, len(jobs) + 1))
-        count = workers or os.cpu_count() or 1
-        refusals = run_jobs(jobs, workers=count, watch=lambda job: watch(next(finished), len(jobs), job))
-        if not is_still(out, place):
-            raise SclaError(f"{out} was moved or removed while its runs were made: start again with where it is now")
-        report = write_report(out, experiments, command=command)
-    if refusals:
-        raise SclaError(
-            f"{len(refusals)} of {len(jobs)} runs are not complete, and {report} leaves them out: {refusals[0]}"
-        )
-    return report
+    return campaign(
+        experiments,
+        out,
+        run=lambda jobs, done: run_jobs(jobs, workers=workers or os.cpu_count() or 1, watch=done),
+        write=lambda: write_report(out, experiments, command=command),
+        watch=watch,
+    )
 
 
 def _check(experiments: Sequence[Experiment]) -> None:

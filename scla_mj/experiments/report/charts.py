@@ -180,28 +180,30 @@ def ablations(key: str, items: Sequence[Evidence], study: Study) -> Figure:
     }  # fmt: skip
     titles, protocols, _, means, ends, baselines, chances = zip(*rows, strict=True)
     named = [f"{title}, {protocol}" for title, protocol in zip(titles, protocols, strict=True)]
-    chart = _draw_dots(
-        [textwrap.fill(label, _LEGEND_LETTERS) for label in named], *map(np.array, (means, ends, baselines, chances))
-    )
+    chart = draw_dots(named, *map(np.array, (means, ends, chances, baselines)))
     return Figure(key, columns, rows, setting(*items), chart=chart)
 
 
-def _draw_dots(names: Sequence[str], values: Array, ends: Array, baselines: Array, chances: Array) -> mpl.Figure:
-    """Draw one row per name: percent of ceiling, its interval `ends` (n, 2), and upright lines: baseline, chance.
+def draw_dots(
+    labels: Sequence[str], values: Array, ends: Array, chances: Array, baselines: Array | None = None
+) -> mpl.Figure:
+    """Draw one row per label: percent of ceiling, its interval `ends` (n, 2), and upright lines: chance, baseline.
 
     The axis begins at the ten percent below the least of them.
     """
+    names = [textwrap.fill(label, _LEGEND_LETTERS) for label in labels]
     lines = sum(1 + name.count("\n") for name in names)
     with canvas(height_mm=21 + 5.4 * lines) as (figure, grid):
         axes: Axes = grid[0, 0]
-        rows, seen = np.arange(len(names)), np.column_stack([values, ends, baselines, chances])
+        rows = np.arange(len(names))
+        seen = np.column_stack([values, ends, chances, *([] if baselines is None else [baselines])])
         least = max(0.0, 10.0 * math.floor(float(np.nanmin(seen)) / 10.0 - 0.1))
         axes.hlines(rows, least, 100, color=RULE, lw=0.7, zorder=0)
         axes.hlines(rows, *ends.T, color=SERIES[0], lw=1.7, zorder=2)
         axes.plot(values, rows, "o", color=SERIES[0], ms=4.5, zorder=3, label="with this setting")
-        axes.plot(
-            baselines, rows, "|", color=SERIES[1], ms=10, mew=1.6, zorder=2, label="as built, over the same epochs"
-        )
+        if baselines is not None:
+            label = "as built, over the same epochs"
+            axes.plot(baselines, rows, "|", color=SERIES[1], ms=10, mew=1.6, zorder=2, label=label)
         axes.plot(chances, rows, "|", color=SOFT, ms=10, mew=1.2, zorder=1, label="chance")
         axes.set_yticks(rows, names)
         axes.tick_params(axis="y", length=0, labelcolor=INK)

@@ -1,0 +1,1 @@
+"""Sweeps: any settings and seeds, run on Dask, gathered into a table and a figure (docs/sweeps.md)."""
