@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import logging
-import os
 import signal
 import time
 import uuid
@@ -25,6 +24,8 @@ from scla_mj.experiments.workers import ignoring_the_terminal
 
 _CONNECT_S: Final = 10.0
 """How long a scheduler may take to answer."""
+_START_S: Final = 60.0
+"""How long our own may take, on a machine that has much else to do."""
 _IN_USE_S: Final = 1.0
 """Between two looks at a run that another process is making, such as a worker that its scheduler has given up."""
 _DEATHS: Final = 10
@@ -122,6 +123,14 @@ def _versions() -> dict[str, str]:
     return {name: versions[name] for name in MAKERS}
 
 
+class _Client(Client):  # type: ignore[misc]
+    """A client that gives up on whoever takes its call and never answers."""
+
+    def start(self, *, timeout: float, **how: Any) -> None:
+        """Connect, in `timeout` seconds at most."""
+        super().start(timeout=timeout, callback_timeout=timeout, **how)
+
+
 @contextlib.contextmanager
 def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
     with _quiet(), contextlib.ExitStack() as stack:
@@ -129,7 +138,8 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
             with ignoring_the_terminal():
                 cluster = stack.enter_context(_local(workers))
         try:
-            client = stack.enter_context(Client(scheduler or cluster, timeout=_CONNECT_S, set_as_default=False))
+            limit_s = _CONNECT_S if scheduler else _START_S
+            client = stack.enter_context(_Client(scheduler or cluster, timeout=limit_s, set_as_default=False))
         except (OSError, ValueError, TypeError) as error:
             raise SclaError(
                 f"no scheduler answers at --scheduler {scheduler} within {_CONNECT_S:g} s: give the address that "
@@ -177,8 +187,3 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         log.setLevel(before)
-
-
-def default_workers() -> int:
-    """Return how many processes this machine has a core for."""
-    return os.cpu_count() or 1

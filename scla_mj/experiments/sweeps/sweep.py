@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -39,7 +40,7 @@ def sweep(
     """
     if find_spec("distributed") is None:
         raise SclaError("a sweep needs Dask, which is not installed: run pip install 'scla-mj[sweep]'")
-    from scla_mj.experiments.sweeps.cluster import default_workers, run_jobs
+    from scla_mj.experiments.sweeps.cluster import run_jobs
     from scla_mj.experiments.sweeps.gather import write_table
 
     experiments, out = grouped(configs), Path(out)
@@ -48,7 +49,7 @@ def sweep(
         out,
         run=lambda jobs, done: run_jobs(
             jobs,
-            workers=workers or default_workers(),
+            workers=workers or os.cpu_count() or 1,
             scheduler=scheduler,
             checkpoint_period_s=checkpoint_period_s,
             watch=done,

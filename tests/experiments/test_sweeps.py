@@ -1,0 +1,163 @@
+"""Sweeps: what a plan asks for, and that Dask makes it, whatever becomes of its workers, to the bits of single runs."""
+
+import dataclasses
+import importlib.util
+import os
+import socket
+
+import kill_workers
+import pyarrow.parquet as pq
+import pytest
+
+from scla_mj.cli.main import main
+from scla_mj.config import RunConfig
+from scla_mj.engine.rollout import rollout
+from scla_mj.experiments import statistics
+from scla_mj.experiments.sweeps.gather import write_table
+from scla_mj.experiments.sweeps.plan import Plan, configurations, grouped, read_plan
+
+TINY = {("epochs",): [3], ("decisions",): [12]}
+NEVER = "distributed"
+
+
+def written(folder, content):
+    path = folder / "plan.toml"
+    path.write_text(content)
+    return path
+
+
+def test_every_combination_of_values_is_run_with_every_seed():
+    vary = {("brain",): ["scla", "scla-printed"], ("automaton", "reward_rate"): [0.3, 0.5, 0.7]}
+    configs = configurations(Plan(), vary, seeds=4)
+    asked = {(config.brain, config.automaton.reward_rate, config.seed) for config in configs}
+    assert len(configs) == len(asked) == 2 * 3 * 4
+    assert {config.telemetry for config in configs} == {"off"}
+    titles = [experiment.title for experiment in grouped(configs)]
+    assert titles[0] == "brain scla, automaton.reward-rate 0.3"
+    assert len(set(titles)) == 6
+
+
+def test_a_file_lists_runs_one_by_one_and_the_command_line_overrides_it(tmp_path, capsys):
+    plan = written(
+        tmp_path,
+        """
+        seeds = 2
+        [settings]
+        epochs = 1
+        grid.cells = [7, 7]
+        [vary]
+        decisions = [100, 200]
+        [[runs]]
+        brain = "dyna-q"
+        brain_settings.planning_steps = 50
+        [[runs]]
+        brain = "random"
+        telemetry = "light"
+        """,
+    )
+    configs = configurations(read_plan(plan), {("grid", "cells"): [(4, 4)]}, file=plan)
+    found = {(c.brain, c.decisions, c.seed, c.telemetry, c.grid.cells, c.brain_settings.get("planning_steps"))
+             for c in configs}  # fmt: skip
+    rows = (("dyna-q", "off", 50), ("random", "light", None))
+    assert found == {(b, d, s, t, (4, 4), p) for b, t, p in rows for d in (100, 200) for s in (0, 1)}
+    assert main(["sweep", str(tmp_path / "out"), "--plan", str(plan), "--seed", "7", "--list"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "4 configurations, 4 runs"
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_sweep_into_the_same_folder_finds_the_runs_that_both_ask_for():
+    one = grouped(configurations(Plan(), {("brain",): ["scla"]}, seeds=2))
+    more = grouped(configurations(Plan(), {("brain",): ["random", "scla"], ("epochs",): [5, 10]}, seeds=3))
+    assert {experiment.name for experiment in one} <= {experiment.name for experiment in more}
+    assert len({experiment.name for experiment in more}) == 4
+
+
+@pytest.mark.parametrize(
+    ("plan", "words", "said"),
+    [
+        ("", [], "nothing is asked for"),
+        ("[vary]\nbrain = []", [], "vary.brain is an empty list"),
+        ("[vary]\nbrain = 'scla'", [], "vary.brain is 'scla': it must be a list of values"),
+        ("[setings]\nepochs = 3", [], "setings is not a setting: known are seeds, settings, vary, runs"),
+        ("[settings]\nepoch = 3", ["--seeds", "2"], "epoch is not a setting: known are protocol, epochs"),
+        ("[settings]\nepochs = 'many'", ["--seeds", "2"], "epochs is 'many': it must be a whole number"),
+        ("[settings]\nepochs = 3\nepochs.two = 4", [], "is not a plan: it must hold TOML"),
+        ("[settings]\ntask = 3", ["--seeds", "2", "--task.action-noise", "0.1"], "task is 3: it holds settings"),
+        ("seeds = 0", [], "seeds is 0: it must be 1 to 100000"),
+        ("seeds = 3\n[settings]\nseed = 4", [], "seeds and seed are both given"),
+        ("seeds = 2\n[[runs]]\n[[runs]]", [], "seed 0, is asked for 2 times"),
+        ("", ["--seeds", "2", "--seed", "3"], "seeds and seed are both given"),
+        ("", ["--seeds", "100000", "--epochs", "1", "2"], "200000 runs are asked for"),
+        ("", ["--seeds", "2", "--brain", "random", "--network.motor-noise", "1", "2"], "--brain random does not read"),
+        ("", ["--seeds", "2", "--brain", "dyna-q", "--brain.steps", "1"], "--brain.steps is not a setting"),
+        ("", ["--seeds", "2", "--automaton.local-rule", "perhaps"], "it must be one of true, false"),
+        ("", ["--seeds", "2", "--workers", "1", "--scheduler", "tcp://127.0.0.1:1"], "leave one out"),
+        ("", ["--seeds", "2", "--scheduler", "nowhere"], "no scheduler answers at --scheduler nowhere"),
+        ("", ["--seeds", "0"], "--seeds is 0: it must be 1 or more"),
+    ],
+)
+def test_a_sweep_that_cannot_be_gets_one_sentence_and_leaves_nothing(plan, words, said, tmp_path, capsys):
+    file = written(tmp_path, plan)
+    out = tmp_path / "out"
+    assert main(["sweep", str(out), "--plan", str(file), *words]) == 2
+    printed = capsys.readouterr().err.splitlines()
+    assert said in printed[-1]
+    assert printed[-1].startswith("scla-mj: ")
+    assert not list(out.glob("runs")) and len(printed) <= 2
+
+
+def test_a_scheduler_that_never_answers_is_told_in_time(tmp_path, capsys, monkeypatch):
+    from scla_mj.experiments.sweeps import cluster
+
+    monkeypatch.setattr(cluster, "_CONNECT_S", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        assert main(["sweep", str(tmp_path), "--seeds", "1", "--scheduler", address]) == 2
+    assert f"no scheduler answers at --scheduler {address} within 0.5 s" in capsys.readouterr().err
+
+
+def test_without_dask_a_sentence_names_the_line_that_installs_it(tmp_path, capsys, monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        "scla_mj.experiments.sweeps.sweep.find_spec", lambda name: None if name == NEVER else find(name)
+    )
+    assert main(["sweep", str(tmp_path / "out"), "--seeds", "1"]) == 2
+    assert "pip install 'scla-mj[sweep]'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_table_has_a_row_for_every_configuration_with_intervals_over_its_seeds(tmp_path):
+    vary = TINY | {("brain",): ["random", "shortest-path"], ("task", "action_noise"): [0.0, 0.1, 0.2]}
+    experiments = grouped(configurations(Plan(), vary, seeds=3))
+    for experiment in experiments:
+        for seed in experiment.seeds:
+            folder = tmp_path / "runs" / experiment.name / f"seed-{seed:02d}"
+            if (experiment.config.brain, seed) != ("random", 2):
+                rollout(dataclasses.replace(experiment.config, seed=seed), folder, pictures=False)
+    table = pq.read_table(write_table(tmp_path, experiments)).to_pylist()
+    assert [(row["brain"], row["task.action-noise"]) for row in table] == [
+        (brain, noise) for brain in ("random", "shortest-path") for noise in (0.0, 0.1, 0.2)
+    ]
+    for row in table:
+        missing = row["brain"] == "random"
+        assert (row["seeds"], row["missing_seeds"]) == (([0, 1], [2]) if missing else ([0, 1, 2], []))
+        hits = [sum(seed[1:]) / 2 for seed in row["hits_per_1000_by_seed_and_epoch"]]  # settled: the last two thirds
+        estimate = statistics.estimate(hits)
+        assert (row["hits_per_1000"], row["hits_per_1000_low"]) == pytest.approx((estimate.mean, estimate.low))
+        assert row["percent_of_ceiling"] == pytest.approx(100 * estimate.mean / row["ceiling_hits_per_1000"])
+        for seed in row["seeds"]:
+            decisions = pq.read_table(tmp_path / row["folder"] / f"seed-{seed:02d}" / "decisions.parquet")
+            earned = 1000 * sum(decisions["hit"].to_pylist()) / 36
+            assert sum(row["hits_per_1000_by_seed_and_epoch"][seed]) / 3 == pytest.approx(earned)
+    assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/task"), reason="processes are looked up in /proc")  # noqa: PTH110
+def test_a_sweep_whose_worker_is_killed_has_the_bits_of_runs_made_one_by_one(tmp_path, capsys):
+    expected = kill_workers.one_by_one(tmp_path / "one-by-one", 1, 700)
+    words = kill_workers.options(1, 700)
+    kill_workers.try_kills(tmp_path / "out", words, 1, expected)
+    before = (tmp_path / "out" / "sweep.parquet").read_bytes()
+    assert main(["sweep", str(tmp_path / "out"), *words]) == 0  # needs no worker
+    assert (tmp_path / "out" / "sweep.parquet").read_bytes() == before
+    assert RunConfig().brain not in capsys.readouterr().out
