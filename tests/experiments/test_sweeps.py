@@ -1,9 +1,9 @@
 """Sweeps: what a plan asks for, and that Dask makes it, whatever becomes of its workers, to the bits of single runs."""
 
 import dataclasses
-import importlib.util
 import os
 import socket
+import sys
 
 import kill_workers
 import pyarrow.parquet as pq
@@ -17,7 +17,6 @@ from scla_mj.experiments.sweeps.gather import write_table
 from scla_mj.experiments.sweeps.plan import Plan, configurations, grouped, read_plan
 
 TINY = {("epochs",): [3], ("decisions",): [12]}
-NEVER = "distributed"
 
 
 def written(folder, content):
@@ -117,10 +116,7 @@ def test_a_scheduler_that_never_answers_is_told_in_time(tmp_path, capsys, monkey
 
 
 def test_without_dask_a_sentence_names_the_line_that_installs_it(tmp_path, capsys, monkeypatch):
-    find = importlib.util.find_spec
-    monkeypatch.setattr(
-        "scla_mj.experiments.sweeps.sweep.find_spec", lambda name: None if name == NEVER else find(name)
-    )
+    monkeypatch.setitem(sys.modules, "distributed", None)
     assert main(["sweep", str(tmp_path / "out"), "--seeds", "1"]) == 2
     assert "pip install 'scla-mj[sweep]'" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig
-from scla_mj.errors import SclaError
 from scla_mj.experiments.campaign import Watch, campaign
 from scla_mj.experiments.sweeps.plan import grouped
+from scla_mj.extras import need
 
 
 def sweep(
@@ -38,8 +37,7 @@ def sweep(
         SclaError: Dask is not installed, a run cannot be made as it is, the scheduler does not answer or has gone, or
             `out` is in use, cannot be written, or holds other runs; or, once all else is done, a run is not complete.
     """
-    if find_spec("distributed") is None:
-        raise SclaError("a sweep needs Dask, which is not installed: run pip install 'scla-mj[sweep]'")
+    need("distributed", "a sweep")
     from scla_mj.experiments.sweeps.cluster import run_jobs
     from scla_mj.experiments.sweeps.gather import write_table
 
