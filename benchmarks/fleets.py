@@ -22,7 +22,7 @@ from benchmarks.timing import Watch
 from scla_mj.checked import check
 from scla_mj.config import RunConfig
 from scla_mj.engine.build import build_task, simulate_fleet
-from scla_mj.envs.vector import GridMoveVectorEnv
+from scla_mj.envs.vector import GridMoveVectorEnv, GridTwinVectorEnv
 from scla_mj.errors import SclaError
 from scla_mj.grid import ACTIONS
 from scla_mj.loop.fleet import Fleet
@@ -43,6 +43,7 @@ _WHAT: Final = {
     "single": "one environment of gym.make",
     "many": f"bare mj_step, {ROBOTS} robots",
     "vector": f"vector environment, {ROBOTS} robots",
+    "twin": f"discrete twin, {ROBOTS} robots",
     "physics": f"bare mj_step, {ROBOTS} robots with brains",
     "kernel": f"bare network kernel, {ROBOTS} brains",
     "fleet": f"fleet of {ROBOTS} robots with brains",
@@ -95,6 +96,8 @@ def _moves(config: RunConfig, turns: int) -> tuple[dict[str, _Work], Callable[[]
     steps = check(config).clock.physics_steps_per_control
     one, many = _stages(world, 1), _stages(world, ROBOTS)
     bare_one, bare_many = _bare(one, [alone], steps), _bare(many, each, steps)
+    twins = GridTwinVectorEnv(ROBOTS, config=config, max_episode_steps=None)
+    twins.reset(seed=config.seed)
     env = gym.make("scla_mj.envs:scla_mj/GridMove-v0", config=config, max_episode_steps=-1)
     env.reset(seed=config.seed)
     vectors = {threads: GridMoveVectorEnv(ROBOTS, config=config, max_episode_steps=None, threads=threads)
@@ -110,6 +113,7 @@ def _moves(config: RunConfig, turns: int) -> tuple[dict[str, _Work], Callable[[]
 
     contenders: dict[str, _Work] = {
         "one": lambda _: [next(bare_one) for _ in range(ROBOTS)], "single": single, "many": lambda _: next(bare_many),
+        "twin": lambda turn: twins.step(actions[turn]),
         "vector": lambda turn: vectors[1].step(actions[turn]), "vector, 2": lambda turn: vectors[2].step(actions[turn]),
     }  # fmt: skip
     return contenders, lambda: _require_same(many, each, *(vector.fleet for vector in vectors.values()))
@@ -187,7 +191,7 @@ def cost_sheet(took: Mapping[str, list[Took]], memory: Mapping[str, float]) -> S
     ms = {name: 1000.0 * statistics.median(turn.cpu_s for turn in took[name]) / ROBOTS for name in _WHAT}
     ratios = {name: ms[name] / sum(ms[part] for part in parts) for name, parts in _OVER.items()}
     rows = [
-        (what, f"{ms[name]:.3f}", *((f"{ratios[name]:.2f}", against(ratios[name], _TARGETS[name]))
+        (what, f"{ms[name]:.3g}", *((f"{ratios[name]:.2f}", against(ratios[name], _TARGETS[name]))
                                     if name in ratios else ("", "")))
         for name, what in _WHAT.items()
     ]  # fmt: skip

@@ -6,7 +6,7 @@ import itertools
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import Any, Final, NamedTuple, TypeAlias
 
 import mujoco
@@ -26,7 +26,7 @@ from scla_mj.signals import TRAJECTORY_COLUMNS
 from scla_mj.world.world import World
 
 _INTEGRATION: Final = mujoco.mjtState.mjSTATE_INTEGRATION
-_CHUNKS_PER_THREAD: Final = 8
+_CHUNKS_PER_THREAD: Final = 16
 """Moves take longer and shorter: a thread that is done early takes another chunk."""
 MOST_ROBOTS: Final = 100_000
 _InChunks: TypeAlias = Callable[[Callable[[int, int], None]], None]
@@ -75,7 +75,8 @@ class Fleet:
         self._starts = [grid.start_cells(checked.config.protocol) for grid in self._grids]
         chunks = 1 if threads == 1 else min(number, _CHUNKS_PER_THREAD * threads)
         self._chunks = list(itertools.pairwise(np.linspace(0, number, chunks + 1).astype(int).tolist()))
-        self._pool = ThreadPoolExecutor(min(threads, chunks)) if chunks > 1 else None
+        self._helpers = min(threads, chunks) - 1
+        self._pool = ThreadPoolExecutor(self._helpers) if self._helpers else None
         self._bodies: Any = _Bodies(checked, number, self.in_chunks) if body else _Twins(checked, number)
         self._jump_at, self._cross_at = ((epoch - 1) * per_epoch for epoch in (task.jump_epoch, task.crossed_epoch))
         self.cells = np.ones((number, 2), np.int64)
@@ -162,11 +163,20 @@ class Fleet:
         return qpos
 
     def in_chunks(self, work: Callable[[int, int], None]) -> None:
-        """Call `work(first, last)` for all robots, some at a time, in the fleet's threads."""
-        if self._pool is None:
-            work(0, len(self.cells))
-        else:
-            list(self._pool.map(work, *zip(*self._chunks, strict=True)))
+        """Call `work(first, last)` for all robots, some at a time, in this thread and the fleet's others."""
+        chunks = iter(self._chunks)  # whoever is done takes the next
+
+        def share() -> None:
+            for first, last in chunks:
+                work(first, last)
+
+        helping = [self._pool.submit(share) for _ in range(self._helpers)] if self._pool else []
+        try:
+            share()
+        finally:
+            wait(helping)
+        for helper in helping:
+            helper.result()
 
     def close(self) -> None:
         """End the threads."""

@@ -46,7 +46,16 @@ def test_a_speed_up_is_of_the_turns_in_which_both_cores_were_free(monkeypatch):
 
 
 def test_costs_are_over_the_sum_of_the_bare_parts():
-    ms = {"one": 1.0, "single": 1.14, "many": 1.0, "vector": 1.2, "physics": 1.0, "kernel": 1.0, "fleet": 2.1}
+    ms = {
+        "one": 1.0,
+        "single": 1.14,
+        "many": 1.0,
+        "vector": 1.2,
+        "twin": 0.001,
+        "physics": 1.0,
+        "kernel": 1.0,
+        "fleet": 2.1,
+    }
     took = {name: turns(value, value) for name, value in ms.items()}
     sheet = cost_sheet(took, {"robot": 0.7, "brain": 3.0})
     assert sheet.values["fleet_ratio"] == pytest.approx(1.05)
