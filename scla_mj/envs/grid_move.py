@@ -140,8 +140,8 @@ class GridMoveEnv(TaskEnv):
 class GridTwinEnv(GridMoveEnv):
     """The discrete twin of `GridMoveEnv`: the same spaces, seeds, starts, rewards, cells and hits without physics.
 
-    Where nothing disturbs the robot, an episode is that of `GridMoveEnv` with the same seed and actions, some two
-    hundred times as fast. `duration_s` and `crossed_s` are what a driven move takes on average, `position_error_m` is
+    Where nothing disturbs the robot, an episode is that of `GridMoveEnv` with the same seed and actions, some
+    fifty times as fast. `duration_s` and `crossed_s` are what a driven move takes on average, `position_error_m` is
     0. What a body makes of its world cannot be had: `disturb`, the settings of disturbances, `localisation` and
     pictures.
 
