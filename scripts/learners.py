@@ -41,22 +41,20 @@ from scla_mj.runs.atomic import read_json, replacing, write_json, writing
 from scla_mj.runs.folder import package_versions
 
 ROOT: Final = Path(__file__).resolve().parents[1]
-ENVIRONMENT: Final = "scla_mj.envs:scla_mj/GridMove-v0"
 FIGURE, DATA, MADE_BY, TEXT, SHORT = "learners.png", "csv", "made-by.json", "learners.md", "short.md"
 _BLOCK: Final = re.compile(r"(<!-- learners -->\n)(.*?)(<!-- /learners -->\n)", re.DOTALL)
+NAMES: Final = ("learner", SETTINGS := "settings")
 _THOUSANDS: Final = {1: "1st", 2: "2nd", 3: "3rd", 10: "10th"}
 _FOREIGN: Final = ("gymnasium", "stable_baselines3", "torch")
-Learn = Callable[[Any, int, int], object]
-"""What learns in an environment for so many decisions, with a seed."""
+Learn = Callable[[Any, int, int], object]  # in an environment, for so many decisions, with a seed
 
 
 class Learner(NamedTuple):
-    """One line of the figure; `prepare` imports what it needs, and returns how it learns and its settings."""
+    """One line of the figure; `prepare` imports what it needs and returns how it learns, and its settings."""
 
     title: str
     prepare: Callable[[], tuple[Learn, Mapping[str, Any]]]
     observation: str = "sensing"
-    all_seeds: bool = True
 
 
 class Curve(NamedTuple):
@@ -106,11 +104,9 @@ LEARNERS: Final = {
     "tabular-q": Learner("tabular Q, optimistic and greedy", _of_the_table, "index"),
     "dqn": Learner("DQN of Stable-Baselines3, tuned", functools.partial(_of_stable_baselines, "dqn", tuned=True)),
     "ppo": Learner("PPO of Stable-Baselines3, tuned", functools.partial(_of_stable_baselines, "ppo", tuned=True)),
-    "dqn-defaults": Learner("DQN, the library's defaults",
-                            functools.partial(_of_stable_baselines, "dqn", tuned=False), all_seeds=False),
-    "ppo-defaults": Learner("PPO, the library's defaults",
-                            functools.partial(_of_stable_baselines, "ppo", tuned=False), all_seeds=False),
-}  # fmt: skip
+    "dqn-defaults": Learner("DQN, the library's defaults", functools.partial(_of_stable_baselines, "dqn", tuned=False)),
+    "ppo-defaults": Learner("PPO, the library's defaults", functools.partial(_of_stable_baselines, "ppo", tuned=False)),
+}
 
 
 @dataclass(frozen=True)
@@ -120,7 +116,7 @@ class Options:
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
     """Folder of the curves and of what is made of them; what it holds of both is not computed again."""
     seeds: tuple[int, ...] = (10, 11, 12, 13, 14)
-    """Of every learner; the libraries' defaults get the first one only."""
+    """Of every learner."""
     decisions: Annotated[int, Ge(1000)] = 10_000
     """Decisions of a curve, a multiple of 1000."""
     learners: tuple[str, ...] = tuple(LEARNERS)
@@ -154,8 +150,8 @@ def measure(name: str, seed: int, decisions: int, path: Path) -> None:
 
 def _environment(learner: Learner) -> Any:
     """Return the robot in episodes that only a hit ends, as in a rollout."""
-    make = need("gymnasium", "the environment").make
-    return envs.HitRecorder(make(ENVIRONMENT, observation=learner.observation, max_episode_steps=-1))
+    make = functools.partial(need("gymnasium", "the environment").make, "scla_mj.envs:scla_mj/GridMove-v0")
+    return envs.HitRecorder(make(observation=learner.observation, max_episode_steps=-1))
 
 
 def measure_all(options: Options) -> dict[str, list[Curve]]:
@@ -166,14 +162,13 @@ def measure_all(options: Options) -> dict[str, list[Curve]]:
     """
     unknown = [name for name in options.learners if name not in LEARNERS]
     if unknown or not options.learners or not options.seeds or options.decisions % 1000:
-        raise SclaError(
-            f"--learners takes names among {', '.join(LEARNERS)}, --seeds at least one, --decisions a multiple of 1000"
-        )
+        names = ", ".join(LEARNERS)
+        raise SclaError(f"--learners takes names among {names}, --seeds one or more, --decisions a multiple of 1000")
     if options.take and set(options.learners) != set(LEARNERS):
         raise SclaError("--take puts all learners into the pages: leave --learners out")
     curves: dict[str, list[Curve]] = {}
     for name in options.learners:
-        for seed in options.seeds if LEARNERS[name].all_seeds else options.seeds[:1]:
+        for seed in options.seeds:
             path = options.out / "curves" / name / f"seed-{seed:02d}.json"
             measure(name, seed, options.decisions, path)
             curves.setdefault(name, []).append(Curve(**read_json(path)))
@@ -182,7 +177,7 @@ def measure_all(options: Options) -> dict[str, list[Curve]]:
 
 def table(curves: Mapping[str, Sequence[Curve]]) -> Table:
     """Return means and intervals over seeds of some thousands, with the mean cost."""
-    columns: dict[str, int | None] = {"learner": None, "settings": None, "seeds": None}
+    columns: dict[str, int | None] = {**dict.fromkeys(NAMES), "seeds": None}
     decisions = _decisions(curves)
     thousands = [which for which in _THOUSANDS if 1000 * which <= decisions]
     for which in thousands:
@@ -210,8 +205,7 @@ def figure(curves: Mapping[str, Sequence[Curve]]) -> Figure:
     levels = [Level(f"{name} {value:.1f}", ends, np.full(2, value)) for name, value in bounds.items()]
     chart = draw_curves(lines, levels, y_label="hits per 1000 decisions", x_label="decisions, logarithmic")
     axes = chart.axes[0]
-    axes.set_xscale("log")
-    axes.set_xlim(*ends)
+    axes.set(xscale="log", xlim=ends)
     axes.xaxis.set_major_formatter("{x:,.0f}")
     rows = [row for line in lines for row in curve_rows(line.label, line.x, line.curve)]
     return Figure("learners", {"series": None, "decision": 0, "hits per 1000": 2, INTERVAL: 2}, rows, chart=chart)
@@ -228,23 +222,31 @@ def _rates(curves: Sequence[Curve], edges: Sequence[int]) -> statistics.Array:
 
 
 def write(out: Path, curves: Mapping[str, Sequence[Curve]]) -> None:
-    """Write figure, tables, data, and who made them, to OUT."""
+    """Write figure, tables, data, and which commits made the curves, to OUT."""
     chart, rows = figure(curves), table(curves)
-    short = {name: n for name, n in rows.columns.items() if not name.endswith(INTERVAL) and name != "settings"}
-    kept = [list(rows.columns).index(name) for name in short]
-    made = {json.dumps([curve.origin, curve.versions]) for own in curves.values() for curve in own}
-    by, versions = json.loads(made.pop()) if len(made) == 1 else (origin()._asdict() | {"commit": UNKNOWN}, {})
+    every = [curve for own in curves.values() for curve in own]
+    same = len({json.dumps([curve.origin["bits"], curve.versions]) for curve in every}) == 1
+    commits = ", ".join(sorted({curve.origin["commit"] for curve in every})) if same else UNKNOWN
+    changed = any(curve.origin["changed"] for curve in every)
+    by = {**every[0].origin, "commit": commits, "changed": changed, "versions": every[0].versions}
     (out / DATA).mkdir(parents=True, exist_ok=True)
     write_csv(out / chart.data, chart)
     write_csv(out / rows.data, rows)
     drawing.save(chart.chart, out / FIGURE)
     for file, text in (
-        (TEXT, markdown_rows(rows)),
-        (SHORT, markdown_rows(Table("short", short, [tuple(row[i] for i in kept) for row in rows.rows]))),
-        (MADE_BY, json.dumps(by | {"versions": versions}, indent=2)),
+        (TEXT, f"{_part(rows, lambda name: name != SETTINGS)}\n\n{_part(rows, lambda name: name in NAMES)}"),
+        (SHORT, _part(rows, lambda name: name != SETTINGS and not name.endswith(INTERVAL))),
+        (MADE_BY, json.dumps(by, indent=2)),
     ):
         with replacing(out / file) as scratch:
             scratch.write_text(text + "\n", encoding="utf-8")
+
+
+def _part(whole: Table, wanted: Callable[[str], bool]) -> str:
+    """Return some columns of a table as Markdown."""
+    kept = [index for index, name in enumerate(whole.columns) if wanted(name)]
+    columns = {name: decimals for name, decimals in whole.columns.items() if wanted(name)}
+    return markdown_rows(Table(whole.key, columns, [tuple(row[index] for index in kept) for row in whole.rows]))
 
 
 def texts(root: Path) -> dict[Path, str]:
@@ -266,11 +268,11 @@ def take(out: Path, root: Path) -> None:
     """Put the results in OUT into docs and README.
 
     Raises:
-        SclaError: no single commit made them.
+        SclaError: they are not all of commits with the same bits.
     """
     made_by = json.loads((out / MADE_BY).read_text(encoding="utf-8"))
-    if made_by["commit"] == UNKNOWN or made_by["changed"]:
-        raise SclaError(f"{out} was not made by one commit: commit, and measure in a new OUT")
+    if UNKNOWN in made_by["commit"] or made_by["changed"]:
+        raise SclaError(f"{out} was not made by commits with the same bits and versions: commit, and use a new OUT")
     docs = root / "docs/learners"
     shutil.rmtree(docs, ignore_errors=True)
     (docs / DATA).mkdir(parents=True)

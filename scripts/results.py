@@ -30,7 +30,13 @@ NOTICE: Final = (
     "**These results were made before the model's bits last changed** (CHANGELOG.md says why): the present code may "
     "give other numbers."
 )
-_REPORT: Final = "docs/results/report.md"
+_RESULTS: Final = "docs/results"
+_REPORT: Final = f"{_RESULTS}/report.md"
+_MADE_BY: Final = {
+    _RESULTS: "`scla-mj reproduce OUT`, then `python scripts/results.py OUT`",
+    "docs/learners": "`python scripts/learners.py OUT --take`",
+}
+"""How results that pages show are made again."""
 _TAKEN: Final = ("report.md", "ladder.md", "made-by.json", "csv", "figures")
 _BLOCK: Final = re.compile(r"(<!-- results -->\n)(.*?)(<!-- /results -->\n)", re.DOTALL)
 _REPLAYED: Final = 25
@@ -46,9 +52,9 @@ class Results:
     """Write nothing: exit with 1 unless results, README and the model's bits agree, and a commit made the results."""
 
 
-def is_current(root: Path) -> bool:
-    """Return whether the results were made by code with the model's present bits."""
-    made_by = _made_by(root)
+def is_current(root: Path, folder: str = _RESULTS) -> bool:
+    """Return whether the results in a folder were made by code with the model's present bits."""
+    made_by = _made_by(root, folder)
     return bool(made_by["bits"] == bits_digest(root, made_by["platform"]) != "unknown")
 
 
@@ -66,14 +72,14 @@ def texts(root: Path) -> dict[Path, str]:
 
 def faults(root: Path) -> list[str]:
     """Return what stands against a release."""
-    made_by = _made_by(root)
     found = [f"{path.relative_to(root)} is out of step: python scripts/results.py"
              for path, text in texts(root).items() if path.read_text(encoding="utf-8") != text]  # fmt: skip
-    if not is_current(root):
-        found.append("docs/results was made with other bits than tests/bits.json: run `scla-mj reproduce OUT`, "
-                     "then `python scripts/results.py OUT`")  # fmt: skip
-    if made_by["commit"] == "unknown" or made_by["changed"]:
-        found.append("docs/results was not made by a commit")
+    for folder, remedy in _MADE_BY.items():
+        if not is_current(root, folder):
+            found.append(f"{folder} was made with other bits than tests/bits.json: run {remedy}")
+        made_by = _made_by(root, folder)
+        if made_by["commit"] == "unknown" or made_by["changed"]:
+            found.append(f"{folder} was not made by a commit")
     return found
 
 
@@ -128,8 +134,8 @@ def main(options: Results) -> int:
     return 0
 
 
-def _made_by(root: Path) -> dict[str, Any]:
-    made_by: dict[str, Any] = json.loads((root / "docs/results/made-by.json").read_text(encoding="utf-8"))
+def _made_by(root: Path, folder: str = _RESULTS) -> dict[str, Any]:
+    made_by: dict[str, Any] = json.loads((root / folder / "made-by.json").read_text(encoding="utf-8"))
     return made_by
 
 

@@ -48,7 +48,7 @@ def test_a_curve_is_that_of_the_rollout_and_is_not_computed_again(learners, tmp_
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [({"learners": ("q",)}, "names among scla"), ({"decisions": 1500}, "multiple of 1000"),
-     ({"seeds": ()}, "at least one"), ({"learners": ("scla",), "take": True}, "leave --learners out")],
+     ({"seeds": ()}, "one or more"), ({"learners": ("scla",), "take": True}, "leave --learners out")],
 )  # fmt: skip
 def test_what_cannot_be_measured_is_refused_before_anything_is(learners, tmp_path, wrong, words):
     with pytest.raises(SclaError, match=words):

@@ -35,7 +35,9 @@ def root(tmp_path, results):
     (tmp_path / "docs" / "results" / "ladder.md").write_text("| brain | hits |\n| --- | ---: |\n| a \\| b | 1 |\n")
     where = next(iter(json.loads((ROOT / "tests" / "bits.json").read_text())))
     made_by = {"commit": "abc", "changed": False, "platform": where, "bits": results.bits_digest(tmp_path, where)}
-    (tmp_path / "docs" / "results" / "made-by.json").write_text(json.dumps(made_by))
+    for folder in ("results", "learners"):
+        (tmp_path / "docs" / folder).mkdir(exist_ok=True)
+        (tmp_path / "docs" / folder / "made-by.json").write_text(json.dumps(made_by))
     write(results, tmp_path)
     return tmp_path
 
@@ -74,23 +76,24 @@ def test_results_of_the_present_bits_and_a_commit_can_be_released(results, root)
 
 def test_once_bits_have_moved_on_the_notice_is_required_and_nothing_is_released(results, root):
     move_bits_on(root)
-    assert len(results.faults(root)) == 3  # README, the report, and the bits
+    assert len(results.faults(root)) == 4  # README, the report, and the bits of both results
     write(results, root)
     assert (root / "docs/results/report.md").read_text() == f"# The report\n\n{results.NOTICE}\n\n## Summary\n"
     assert results.NOTICE in (root / "README.md").read_text()
-    (fault,) = results.faults(root)
-    assert "other bits" in fault
+    faults = results.faults(root)
+    assert [fault.split(" was made with other bits")[0] for fault in faults] == ["docs/results", "docs/learners"]
     shutil.copy(ROOT / "tests" / "bits.json", root / "tests")
     assert len(results.faults(root)) == 2  # the notice must go again
     write(results, root)
     assert results.faults(root) == []
 
 
+@pytest.mark.parametrize("folder", ["results", "learners"])
 @pytest.mark.parametrize("change", [{"commit": "unknown"}, {"changed": True}])
-def test_results_that_no_commit_made_are_not_released(results, root, change):
-    file = root / "docs" / "results" / "made-by.json"
+def test_results_that_no_commit_made_are_not_released(results, root, change, folder):
+    file = root / "docs" / folder / "made-by.json"
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
-    assert results.faults(root) == ["docs/results was not made by a commit"]
+    assert results.faults(root) == [f"docs/{folder} was not made by a commit"]
 
 
 def test_a_report_is_taken_over_whole_once_its_runs_were_made_again(results, root, tmp_path, monkeypatch):
