@@ -8,8 +8,7 @@ from .anatomy import stacked as stacked
 from .brain.base import Brain as Brain
 from .brain.network.dense import DenseNetwork as DenseNetwork
 from .brain.network.dense import PairSTDP as PairSTDP
-from .brain.network.description import LIF as LIF
-from .brain.network.description import Izhikevich as Izhikevich
+from .brain.network.description import Blocks as Blocks
 from .brain.network.description import Modulator as Modulator
 from .brain.network.description import NetworkDescription as NetworkDescription
 from .brain.network.description import Neurons as Neurons
@@ -17,6 +16,8 @@ from .brain.network.description import Normal as Normal
 from .brain.network.description import Synapses as Synapses
 from .brain.network.description import Uniform as Uniform
 from .brain.network.general import GeneralNetwork as GeneralNetwork
+from .brain.network.models import LIF as LIF
+from .brain.network.models import Izhikevich as Izhikevich
 from .brain.network.network import Network as Network
 from .brain.network.paper import paper_description as paper_description
 from .brain.network.rules import Rule as Rule

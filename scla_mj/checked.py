@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
+from scla_mj.anatomy import POPULATION_NAMES, PROJECTION_NAMES
 from scla_mj.clock import Clock, resolve_clock
 from scla_mj.config import NetworkConfig, PlasticityConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
@@ -38,6 +40,9 @@ _CONDITIONS: Final = (
     _Condition("automaton.discount", lambda run: run.automaton.local_rule, "--automaton.local-rule"),
     _Condition("automaton.trace-tau-moves", lambda run: run.automaton.distal_reward, "--automaton.distal-reward"),
 )
+
+
+_MOST_WEIGHT: Final = 100.0
 
 
 class CheckedConfig:
@@ -180,20 +185,57 @@ def _check_weights(config: RunConfig) -> None:
 
 
 def is_papers(network: NetworkConfig, plasticity: PlasticityConfig) -> bool:
-    """Return whether the neurons are of the paper's types, and both STDP traces of one time constant."""
+    """Return whether types of neurons and projections are the paper's, and both STDP traces of one time constant."""
     types = network.sensory_type, network.motor_type, network.inhibitory_type
     of_one = plasticity.stdp_tau_minus_ms in (0.0, plasticity.stdp_tau_ms)
-    return of_one and types == ("regular-spiking", "regular-spiking", "fast-spiking")
+    return of_one and not network.projections and types == ("regular-spiking", "regular-spiking", "fast-spiking")
+
+
+class AddedProjection(NamedTuple):
+    """A projection beyond the paper's; `weight` is None if it is plastic."""
+
+    name: str
+    source: str
+    target: str
+    weight: float | None
+
+
+def added_projections(network: NetworkConfig) -> list[AddedProjection]:
+    """Return the projections that `network` adds to the paper's.
+
+    Raises:
+        SclaError: one is not written SOURCEtoTARGET or SOURCEtoTARGET:WEIGHT, or is there already.
+    """
+    named = {f"{source}to{target}": (source, target) for source in POPULATION_NAMES for target in POPULATION_NAMES}
+    taken = {
+        *PROJECTION_NAMES,
+        *(f"I{i}toM{m}" for i in "UDLR" for m in "UDLR" if i != m),
+        *(f"M{i}toI{i}" for i in "UDLR"),
+    }
+    added = []
+    for text in network.projections:
+        name, colon, number = text.partition(":")
+        try:
+            weight = float(number) if colon else None
+        except ValueError:
+            weight = math.nan
+        if name not in named or not (weight is None or abs(weight) <= _MOST_WEIGHT):
+            raise SclaError(
+                f"--network.projections has {shown(text)}: write SUtoML, from one of the populations "
+                f"{', '.join(POPULATION_NAMES)} to another, or SUtoML:0.5 with a fixed weight from -100 to 100"
+            )
+        if name in taken:
+            raise SclaError(f"--network.projections has {name}, which is there already: leave it out")
+        taken.add(name)
+        added.append(AddedProjection(name, *named[name], weight))
+    return added
 
 
 def _check_neurons(config: RunConfig) -> None:
     neurons = config.network.neurons
     if neurons % 1000:
         raise SclaError(f"--network.neurons is {neurons}: it must be a multiple of 1000, as 2000")
-    if neurons > 1000 and not is_papers(config.network, config.plasticity):
-        raise SclaError(
-            "--network.neurons goes with the paper's types of neurons and one --plasticity.stdp-tau-ms: leave it out"
-        )
+    added_projections(config.network)
 
 
 def _check_ranges(config: RunConfig) -> None:

@@ -128,6 +128,9 @@ class NetworkConfig(Section):
     """Those of the motor neurons."""
     inhibitory_type: NeuronType = "fast-spiking"
     """Those of the inhibitory neurons."""
+    projections: tuple[str, ...] = ()
+    """Projections beyond the paper's, such as SUtoML (plastic, like the eight, with a dopamine that rises after a hit
+    and falls after a miss) or MUtoMD:-0.5 (fixed, all to all, with that weight)."""
     runs_while_driving: bool = True
     """One clock: neural time is physical time. Off, the network stands still while the wheels turn (an ablation:
     scla-printed, network)."""

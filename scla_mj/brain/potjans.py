@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from scla_mj.anatomy import MOTOR_ROLE, SENSORY_ROLE, Anatomy, Projection, stacked
 from scla_mj.brain.base import Brain
-from scla_mj.brain.network.description import LIF, Modulator, NetworkDescription, Neurons, Synapses
+from scla_mj.brain.network.description import Modulator, NetworkDescription, Neurons, Synapses
 from scla_mj.brain.network.general import GeneralNetwork
+from scla_mj.brain.network.models import LIF
 from scla_mj.brain.network.rules import Rule
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import Fraction

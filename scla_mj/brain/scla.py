@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import MOTOR, PROJECTIONS, SENSORY, Population, paper_anatomy
+from scla_mj.anatomy import MOTOR, PROJECTIONS, SENSORY, Anatomy, Population, paper_anatomy
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.brain.base import Brain
 from scla_mj.brain.network.general import GeneralNetwork
@@ -29,6 +29,7 @@ class SclaBrain(Brain):
     Attributes:
         network: the spiking network; its weights can be read and set.
         automata: the learning automata; their action probabilities can be read and set.
+        projections: the plastic ones, the paper's eight first.
         states: what the local rule knows about every cell.
     """
 
@@ -37,7 +38,10 @@ class SclaBrain(Brain):
         self._config = config
         self._clock = clock
         self.network = self.build_network(checked)
-        self.anatomy = paper_anatomy(config.network.neurons, config.network.weight_max)
+        papers = paper_anatomy(config.network.neurons, config.network.weight_max)
+        own = self.network.anatomy.projections if isinstance(self.network, GeneralNetwork) else ()
+        self.projections = (*papers.projections, *own[len(PROJECTIONS) :])
+        self.anatomy = Anatomy(papers.populations, self.projections)
         populations = self.network.populations
         self.sensory, self.motor, self.neurons = populations[0:4], populations[4:8], populations[-1].stop
         cells = config.grid.cells
@@ -51,7 +55,8 @@ class SclaBrain(Brain):
         self._advice_drive = _drives(self.motor, self.neurons, config.network.advice_drive, config.network.precision)
         release = config.plasticity.dopamine_release
         self._taught = {side: release * _taught_by(side) for side in Action}
-        self._scalar = {hit: np.full(len(PROJECTIONS), release if hit else -release) for hit in (True, False)}
+        plastic = len(self.projections)
+        self._scalar = {hit: np.full(plastic, release if hit else -release) for hit in (True, False)}
         self._delay_steps = round(config.plasticity.dopamine_delay_s * 1000.0 / clock.neural_step_ms)
         self._thinking_counts, self._thinking_spikes = self.network.advance(0), 0
 
@@ -100,10 +105,11 @@ class SclaBrain(Brain):
         """Return copies of the weights and the action probabilities."""
         network = self.network
         if isinstance(network, GeneralNetwork):
-            weights = np.stack([network.weights(projection.name) for projection in PROJECTIONS])
-        else:
-            weights = network.weights
-        return Snapshot(weights, self.automata.probabilities)
+            names = [projection.name for projection in self.projections]
+            named = {name: network.weights(name) for name in names}
+            alike = len({weights.shape for weights in named.values()}) == 1
+            return Snapshot(np.stack(list(named.values())) if alike else named, self.automata.probabilities)
+        return Snapshot(network.weights, self.automata.probabilities)
 
     def state(self) -> dict[str, Any]:
         """Return the state of the network, the automata, what teaches them, and the generator for ties."""
@@ -137,13 +143,17 @@ class SclaBrain(Brain):
             self.network.release_dopamine(amount, delay_steps=self._delay_steps)
 
     def _signed(self, feedback: Feedback) -> NDArray[np.float64] | None:
-        """Return the amount per projection, (8,) or None: the sensed direction's agreeing one up, the opposite down.
+        """Return the amount per projection, or None: the sensed direction's agreeing one up, the opposite down.
+
+        Projections beyond the paper's eight have no direction of their own: they hear of hits and misses.
 
         The paper asks for the same change after the right move (strengthen what agreed) and after the opposite one
         (reduce what was taken, strengthen its opposite). A move to either side used neither connection.
         """
         sensed = feedback.before.sensed
-        return self._taught[sensed] if sensed is not None and feedback.action in (sensed, sensed.opposite) else None
+        taught = self._taught[sensed] if sensed is not None and feedback.action in (sensed, sensed.opposite) else None
+        added = self._scalar[feedback.hit][len(PROJECTIONS) :]
+        return taught if not len(added) else np.append(np.zeros(len(PROJECTIONS)) if taught is None else taught, added)
 
     def _signal_automata(self, feedback: Feedback, *, punish: bool) -> None:
         """Reward or penalise automata; the cell's own is not penalised for a direction that it did not choose."""

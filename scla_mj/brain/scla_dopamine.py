@@ -9,7 +9,7 @@ import numpy as np
 from annotated_types import Interval
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import MOTOR, PROJECTIONS, SENSORY
+from scla_mj.anatomy import MOTOR, SENSORY
 from scla_mj.brain.dopamine import Critic
 from scla_mj.brain.scla import SclaBrain
 from scla_mj.checked import CheckedConfig
@@ -41,7 +41,8 @@ class DopamineBrain(SclaBrain):
     """
 
     reads = (
-        "network.precision", "network.neurons", "network.weight", "network.sensory", "network.advice", "network.motor",
+        "network.precision", "network.neurons", "network.projections",
+        "network.weight", "network.sensory", "network.advice", "network.motor",
         "network.inhibitory", "plasticity.stdp", "plasticity.eligibility", "plasticity.dopamine-tau",
         "plasticity.learning", "automaton.scheme", "automaton.reward", "automaton.penalty", "automaton.epsilon",
         "automaton.discount",
@@ -112,7 +113,7 @@ class DopamineBrain(SclaBrain):
         self.network.advance(burst, self._burst_drive[feedback.executed], extend=True)
         self.network.advance(crossing - burst, extend=True)
         if self._hears():
-            self.network.release_dopamine(np.full(len(PROJECTIONS), dopamine))
+            self.network.release_dopamine(np.full(len(self.projections), dopamine))
         self.network.advance(self._driven_steps - crossing, extend=True)
         self._teach_automata(feedback, dopamine)
 

@@ -7,7 +7,6 @@ import pytest
 from scipy.stats import binom
 
 from scla_mj.brain.network.description import (
-    LIF,
     Modulator,
     NetworkDescription,
     Neurons,
@@ -15,6 +14,7 @@ from scla_mj.brain.network.description import (
     Synapses,
     Uniform,
 )
+from scla_mj.brain.network.models import LIF
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.network.paper import paper_description
 from scla_mj.brain.network.rules import modulated_stdp, triplet_stdp

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scla_mj.brain.network.description import LIF, Izhikevich, Modulator, NetworkDescription, Neurons, Synapses
+from scla_mj.brain.network.description import Modulator, NetworkDescription, Neurons, Synapses
+from scla_mj.brain.network.models import LIF, Izhikevich
 from scla_mj.brain.network.network import Network
 from scla_mj.brain.network.paper import paper_description
 from scla_mj.brain.network.rules import Rule, fingerprint, modulated_stdp, triplet_stdp

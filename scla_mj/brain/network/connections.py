@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.brain.network.description import NetworkDescription, Normal, Synapses, Uniform
+from scla_mj.brain.network.description import Blocks, NetworkDescription, Normal, Synapses, Uniform
 from scla_mj.errors import SclaError
 
 _MOST_SYNAPSES: Final = 2**31 - 1
@@ -71,6 +71,10 @@ def _pairs(projection: Synapses, sources: int, targets: int, rng: np.random.Gene
         source = target = np.arange(sources)
     elif connect == "all to all":
         source, target = np.repeat(np.arange(sources), targets), np.tile(np.arange(targets), sources)
+    elif isinstance(connect, Blocks):
+        size = targets // connect.number
+        source = np.repeat(np.arange(sources), size)
+        target = source // (sources // connect.number) * size + np.tile(np.arange(size), sources)
     else:
         found = [np.flatnonzero(rng.random(targets) < connect) for _ in range(sources)]
         source, target = np.repeat(np.arange(sources), [len(row) for row in found]), np.concatenate(found)

@@ -12,48 +12,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
+from scla_mj.brain.network.models import IZHIKEVICH_TYPES, LIF, Izhikevich
 from scla_mj.brain.network.rules import Rule
 from scla_mj.config import Precision
 from scla_mj.errors import SclaError
 from scla_mj.validation import shown
-
-
-@dataclass(frozen=True)
-class Izhikevich:
-    """Equations 1 and 2 with their four parameters; it begins at v = c, u = b c."""
-
-    a: float
-    b: float
-    c: float
-    d: float
-
-
-@dataclass(frozen=True)
-class LIF:
-    """Leaky integrate-and-fire: tau v' = rest - v + resistance I; v >= threshold: v <- reset, and it is held there.
-
-    Solved exactly from step to step. A spike of weight w adds a current of w for 1 ms, which raises v by some
-    w resistance / tau: with `resistance` = `tau_ms` a weight is in mV.
-    """
-
-    tau_ms: float = 20.0
-    rest_mv: float = -70.0
-    reset_mv: float = -70.0
-    threshold_mv: float = -50.0
-    resistance: float = 1.0
-    refractory_ms: float = 2.0
-
-
-IZHIKEVICH_TYPES: Final = {
-    "regular spiking": Izhikevich(0.02, 0.2, -65.0, 8.0),
-    "intrinsically bursting": Izhikevich(0.02, 0.2, -55.0, 4.0),
-    "chattering": Izhikevich(0.02, 0.2, -50.0, 2.0),
-    "fast spiking": Izhikevich(0.1, 0.2, -65.0, 2.0),
-    "low-threshold spiking": Izhikevich(0.02, 0.25, -65.0, 2.0),
-    "thalamo-cortical": Izhikevich(0.02, 0.25, -65.0, 0.05),
-    "resonator": Izhikevich(0.1, 0.26, -65.0, 2.0),
-}
-"""Izhikevich 2003, Figure 2."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +63,22 @@ class Normal:
 
 
 @dataclass(frozen=True)
+class Blocks:
+    """Both populations fall into so many blocks of equal size; each block is connected all to all with its like."""
+
+    number: int
+
+
+Connect = Literal["all to all", "one to one"] | Blocks | float
+
+
+@dataclass(frozen=True)
 class Synapses:
     """A projection: the synapses from one population to another, or to itself.
 
     Attributes:
         weight: a number or a distribution; negative inhibits. Plastic weights are clipped to their rule's range.
-        connect: "all to all", "one to one" (equal sizes), or the probability of each pair.
+        connect: "all to all", "one to one" (equal sizes), `Blocks(number)`, or the probability of each pair.
         delay_steps: a spike acts so many steps later; 1: in the next step. The rule sees it in the step of the spike.
         rule: how the weights change (rules.py); None: they are fixed.
         modulator: the name of what modulates the rule. Projections of one name share one concentration.
@@ -116,7 +89,7 @@ class Synapses:
     source: str
     target: str
     weight: float | Uniform | Normal = 1.0
-    connect: Literal["all to all", "one to one"] | float = "all to all"
+    connect: Connect = "all to all"
     delay_steps: int = 1
     rule: Rule | None = None
     modulator: str = "dopamine"
@@ -254,12 +227,20 @@ def _check_projection(projection: Synapses, sizes: dict[str, int], step_ms: floa
     if isinstance(weight, Normal):
         _number(f"{name}: weight's deviation", weight.deviation, 0.0, 1e6)
     connect = projection.connect
-    if not isinstance(connect, str):
+    source, target = sizes[projection.source], sizes[projection.target]
+    if isinstance(connect, Blocks):
+        number = connect.number
+        if type(number) is not int or number < 1 or source % number or target % number:
+            raise SclaError(
+                f"{name}: {shown(number)} blocks of {source} and of {target} neurons: both must be multiples of it"
+            )
+    elif not isinstance(connect, str):
         _number(f"{name}: connect, a probability,", connect, 0.0, 1.0)
     elif connect not in ("all to all", "one to one"):
-        raise SclaError(f"{name}: connect is {shown(connect)}: it must be all to all, one to one or a probability")
+        raise SclaError(
+            f"{name}: connect is {shown(connect)}: it must be all to all, one to one, Blocks(...) or a probability"
+        )
     if connect == "one to one":
-        source, target = sizes[projection.source], sizes[projection.target]
         _require(source == target, f"{name}: one to one from {source} neurons to {target}: sizes must be equal")
     delay = projection.delay_steps
     if type(delay) is not int or not 1 <= delay <= _MOST_DELAY:

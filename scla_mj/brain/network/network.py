@@ -75,8 +75,8 @@ class Network(Window):
         network, plasticity = checked.network, checked.plasticity
         if not is_papers(network, plasticity):
             raise SclaError(
-                "a Network has regular and fast spiking neurons and one STDP time constant: for others describe it, "
-                "Network.from_description(paper_description(config)) of scla_mj.brain.network.paper"
+                "a Network has the paper's types of neurons and projections, and one STDP time constant: for "
+                "others describe it, Network.from_description(paper_description(config)) of scla_mj.brain.network.paper"
             )
         self.populations = populations_of(neurons)
         self._real = np.dtype(network.precision)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.anatomy import Anatomy, Population, Projection
 from scla_mj.brain.network import general_kernel, general_synapses
-from scla_mj.brain.network.description import NetworkDescription, Synapses
+from scla_mj.brain.network.description import Blocks, NetworkDescription, Synapses
 from scla_mj.brain.network.inputs import fill
 from scla_mj.brain.network.rules import Rule, compiled_functions, fingerprint, modulated_stdp
 from scla_mj.brain.network.window import Window
@@ -114,6 +115,10 @@ class Connections(Window):
     def _shape(self, projection: Synapses, table: Any) -> tuple[int, ...]:
         source, target = self._ends(projection)
         count = int(table["last_synapse"] - table["first_synapse"])
+        if isinstance(projection.connect, Blocks):
+            number = projection.connect.number
+            shape = number, source.size // number, target.size // number
+            return shape if count == math.prod(shape) else (count,)
         whole = projection.is_uniform or (projection.connect == "all to all" and count == source.size * target.size)
         return (source.size, target.size) if whole else (count,)
 

@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 from scla_mj.brain.network import general_kernel
 from scla_mj.brain.network.connections import starts_of, wire
 from scla_mj.brain.network.description import (
-    LIF,
-    Izhikevich,
     NetworkDescription,
     Neurons,
     Synapses,
 )
+from scla_mj.brain.network.models import LIF, Izhikevich
 from scla_mj.brain.network.parameters import LOWER_BOUND, TRACE_LOWER_BOUND, CellType, neuron_constants
 from scla_mj.brain.network.rules import Rule, modulated_stdp
 from scla_mj.randomness import Consumer, generator, seed_sequence
