@@ -255,12 +255,10 @@ INHIBITORY: Final = POPULATIONS[8:12]
 NEURON_COUNT: Final = POPULATIONS[-1].stop
 NEURONS_PER_SIDE: Final = SENSORY[0].size
 
-# Agreeing projections are warm, opposite ones cool and dashed. Mid tones: each stands out at 3 : 1 or more (WCAG 2.1's
-# bound for graphics) on white and on the dashboard's dark.
-_COLOURS: Final = {
-    "SUtoMU": "#e03131", "SUtoMD": "#2b7bd6", "SDtoMU": "#1098ad", "SDtoMD": "#d9690a",
-    "SLtoML": "#b8860b", "SLtoMR": "#7f66d9", "SRtoMR": "#d6409f", "SRtoML": "#2b9a66",
-}  # fmt: skip
+# By the sensor's direction; opposite projections are dashed. Distinct for colour-blind readers too, and each stands out
+# at 3 : 1 or more (WCAG 2.1's bound for graphics) on white and on the dashboard's dark.
+_COLOURS: Final = {"U": "#bd7e15", "D": "#1f57f2", "L": "#3ba471", "R": "#d433ad"}
+_PROJECTIONS: Final = ("SUtoMU", "SUtoMD", "SDtoMU", "SDtoMD", "SLtoML", "SLtoMR", "SRtoMR", "SRtoML")
 
 
 def paper_anatomy(neurons: int = NEURON_COUNT, weight_max: float = 4.0) -> Anatomy:
@@ -271,9 +269,9 @@ def paper_anatomy(neurons: int = NEURON_COUNT, weight_max: float = 4.0) -> Anato
     blocks, side = neurons // NEURON_COUNT, NEURONS_PER_SIDE
     shape = (side, side) if blocks == 1 else (blocks, side, side)
     projections = []
-    for name, colour in _COLOURS.items():
+    for name in _PROJECTIONS:
         source, _, target = name.partition("to")
-        dashed = source[-1] != target[-1]
+        colour, dashed = _COLOURS[source[-1]], source[-1] != target[-1]
         projections.append(SensorimotorProjection(name, source, target, shape, colour, dashed, (0.0, weight_max)))
     return Anatomy(populations_of(neurons), tuple(projections))
 

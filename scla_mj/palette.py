@@ -12,7 +12,7 @@ RGB = tuple[int, int, int]
 TARGET_COLOUR: Final = "#cc3311"
 
 PROJECTION_COLOURS: Final = {projection.name: str(projection.colour) for projection in PROJECTIONS}
-"""By projection of the paper: warm for those that agree, cool for opposite ones."""
+"""By projection of the paper: a colour for each direction of the sensor; opposite projections are dashed."""
 LINE_COLOURS: Final = ("#bc8800", "#5489fc", "#5e6363", "#6c2cff", "#ac8c5e", "#4c98c3")
 """For curves that nobody coloured: distinct for colour-blind readers too, and 3 : 1 on white and on dark."""
 _LINES: Final = ("-", "--", ":", "-.")

@@ -162,7 +162,7 @@ def draw_line(axes: Axes, x: Array, curve: Curve, colour: str, dash: Any = "-", 
 def draw_weights(axes: Axes, x: Array, curve: Curve, projections: Sequence[Projection] = PROJECTIONS) -> None:
     """Draw the mean weight of each projection (n, projections) in mV over `x` (n,).
 
-    Of the paper's the agreeing ones are solid and warm, opposite ones dashed and cool.
+    Of the paper's the agreeing ones are solid, opposite ones dashed, in the colour of their sensor's direction.
     """
     styles = projection_styles(projections)
     for index, projection in enumerate(projections):
