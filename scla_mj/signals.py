@@ -97,9 +97,10 @@ class Activity(NamedTuple):
 
     `spike_step` counts neural steps from the decision's start and never falls; `spike_neuron` is the neuron's index.
     Neurons, populations and projections are those of the brain's `anatomy`, in its order.
-    The first `thinking_spikes` spikes fell into the thinking window of `thinking_steps` steps. `mean_weights` and
-    `dopamine` (one value per projection) are those at the decision's end. `counts`, (populations,) each, are every
-    population's spikes in the thinking window and in the whole decision, from a brain that has counted them.
+    The first `thinking_spikes` spikes fell into the thinking window of `thinking_steps` steps. `mean_weights` are those
+    at the decision's end, `dopamine` is what it released (one value per projection each). `counts`, (populations,)
+    each, are every population's spikes in the thinking window and in the whole decision, from a brain that has counted
+    them.
     """
 
     spike_step: NDArray[np.int32]
@@ -113,7 +114,8 @@ class Activity(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """A brain's memory: weights if it has synapses, action probabilities (W, H, 4) if it has automata.
+    """A brain's memory: weights if it has synapses, action probabilities (W, H, 4) if it has automata, and `values`,
+    (W, H) floats, of how good it finds each cell if it has an opinion; a recording shows them, no other file has them.
 
     `weights` are floats: one array whose first axis is the anatomy's projections, where all have one shape, such as the
     paper's (8, 100, 100); or a dict of an array per projection, by its name. They are read back as they were given.
@@ -121,6 +123,7 @@ class Snapshot(NamedTuple):
 
     weights: Weights | None = None
     probabilities: NDArray[np.float64] | None = None
+    values: NDArray[np.float64] | None = None
 
 
 class Localised(NamedTuple):

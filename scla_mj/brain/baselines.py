@@ -126,6 +126,7 @@ class AutomataBrain(Brain):
             config.grid.cells, config.automaton, rng=generator(config.seed, Consumer.BRAIN)
         )
         self._reinforcement = Reinforcement(self.automata, config.automaton)
+        self._cells = config.grid.cells
         self._coin = generator(config.seed, Consumer.TIES)
 
     def decide(self, percept: Percept) -> Decision:
@@ -146,8 +147,9 @@ class AutomataBrain(Brain):
         self._reinforcement.signal(feedback, punish=chosen)
 
     def snapshot(self) -> Snapshot:
-        """Return a copy of the action probabilities."""
-        return Snapshot(probabilities=self.automata.probabilities)
+        """Return copies of the action probabilities and the cells' states."""
+        values = self._reinforcement.states.values(self._cells)
+        return Snapshot(None, self.automata.probabilities, values)
 
     def state(self) -> dict[str, Any]:
         """Return the state of the automata, of what their signals come from, and of the coin's generator."""
@@ -193,6 +195,7 @@ class CellStatesBrain(Brain):
         config = checked.config
         self.states = CellStates(discount=config.automaton.discount)
         self._walls: set[tuple[Cell, Action]] = set()
+        self._cells = config.grid.cells
         self._rng = generator(config.seed, Consumer.BRAIN)
 
     def decide(self, percept: Percept) -> Decision:
@@ -209,6 +212,10 @@ class CellStatesBrain(Brain):
         self.states.judge(feedback)
         if feedback.outcome is Outcome.BLOCKED:
             self._walls.add((feedback.before.cell, feedback.executed))
+
+    def snapshot(self) -> Snapshot:
+        """Return the cells' states."""
+        return Snapshot(values=self.states.values(self._cells))
 
     def state(self) -> dict[str, Any]:
         """Return the states, the known walls as rows x, y, action, and the generator's state."""

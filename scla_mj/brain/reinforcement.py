@@ -6,6 +6,9 @@ import math
 from collections import deque
 from typing import Any, Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scla_mj.brain.automata import LearningAutomata
 from scla_mj.config import AutomatonConfig
 from scla_mj.grid import Action, Cell, around
@@ -31,6 +34,10 @@ class CellStates:
 
     def __getitem__(self, cell: Cell) -> float:
         return self._states.get(cell, 0.0)
+
+    def values(self, cells: tuple[int, int]) -> NDArray[np.float64]:
+        """Return the states of an arena of W, H `cells`, (W, H)."""
+        return np.array([[self[Cell(x, y)] for y in range(1, cells[1] + 1)] for x in range(1, cells[0] + 1)])
 
     def judge(self, feedback: Feedback) -> int:
         """Update the states of both cells of a move; return 1 if it led to a better one, -1 to a worse one, else 0."""

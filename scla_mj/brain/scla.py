@@ -102,14 +102,16 @@ class SclaBrain(Brain):
         return self.network.activity(self._clock.thinking_steps, self._thinking_spikes, self._thinking_counts)
 
     def snapshot(self) -> Snapshot:
-        """Return copies of the weights and the action probabilities."""
+        """Return copies of the weights, the action probabilities and the cells' states."""
         network = self.network
         if isinstance(network, GeneralNetwork):
             names = [projection.name for projection in self.projections]
             named = {name: network.weights(name) for name in names}
             alike = len({weights.shape for weights in named.values()}) == 1
-            return Snapshot(np.stack(list(named.values())) if alike else named, self.automata.probabilities)
-        return Snapshot(network.weights, self.automata.probabilities)
+            weights = np.stack(list(named.values())) if alike else named
+        else:
+            weights = network.weights
+        return Snapshot(weights, self.automata.probabilities, self.states.values(self._config.grid.cells))
 
     def state(self) -> dict[str, Any]:
         """Return the state of the network, the automata, what teaches them, and the generator for ties."""

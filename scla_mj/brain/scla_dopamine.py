@@ -15,7 +15,7 @@ from scla_mj.brain.scla import SclaBrain
 from scla_mj.checked import CheckedConfig
 from scla_mj.config import Current, Fraction
 from scla_mj.grid import Action
-from scla_mj.signals import Feedback, Outcome
+from scla_mj.signals import Activity, Feedback, Outcome
 from scla_mj.validation import Section
 
 _HEARD: Final = 0.5
@@ -116,6 +116,11 @@ class DopamineBrain(SclaBrain):
             self.network.release_dopamine(np.full(len(self.projections), dopamine))
         self.network.advance(self._driven_steps - crossing, extend=True)
         self._teach_automata(feedback, dopamine)
+
+    def activity(self) -> Activity:
+        """Return the same as the printed form, with the dopamine of this move, gated or not."""
+        dopamine = np.full(len(self.projections), self._settings.release * self.prediction_error)
+        return super().activity()._replace(dopamine=dopamine)
 
     def _parts(self) -> dict[str, Any]:
         return {"network": self.network, "automata": self.automata, "critic": self.critic}

@@ -124,6 +124,10 @@ class QLearningBrain(TabularBrain):
         if self._settings.planning_steps:
             self._plan(row * len(ACTIONS) + action, after)
 
+    def snapshot(self) -> Snapshot:
+        """Return the value of every cell, that of its best action."""
+        return Snapshot(values=self.values.max(axis=2))
+
     def state(self) -> dict[str, Any]:
         """Return the table, the traces, the model with its moves in the order of their discovery, and the generator."""
         arrays = {"values": self._table.copy(), "traces": self._traces.copy(), "model": self._model.copy()}
@@ -243,8 +247,8 @@ class ActorCriticBrain(TabularBrain):
         self._actor[row, feedback.action] += settings.actor_rate * error
 
     def snapshot(self) -> Snapshot:
-        """Return the policy of every cell."""
-        return Snapshot(probabilities=self.of_cells(_softmax(self._actor)))
+        """Return the policy of every cell, and its value."""
+        return Snapshot(None, self.of_cells(_softmax(self._actor)), self.values.copy())
 
     def state(self) -> dict[str, Any]:
         """Return values, preferences and the generator's state."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from scla_mj import paths
 from scla_mj.anatomy import motors_of
@@ -19,18 +19,13 @@ from scla_mj.runs.decisions import DecisionLog
 from scla_mj.runs.figures import draw_if_possible
 from scla_mj.runs.seal import write_seal
 from scla_mj.runs.summary import Summary, write_summary
+from scla_mj.signals import Snapshot
 
 if TYPE_CHECKING:
     from scla_mj.loop.simulation import Simulation
     from scla_mj.runs.folder import Run
-    from scla_mj.signals import DecisionRecord, Snapshot
+    from scla_mj.signals import DecisionRecord
     from scla_mj.telemetry.recording import RerunRecorder
-
-_PROBABILITIES_EVERY: Final = 50
-"""Decisions between two pictures of the policy: it is seen to change, for 2 ms per picture."""
-
-_WEIGHTS_EVERY: Final = 100
-"""Decisions for which one picture of all weights is enough, some 90 kB on the disk: this bounds short epochs."""
 
 Watch = Callable[["DecisionRecord", Account], None]
 """Takes every decision, and the count so far, which can be asked for any epoch's figures.
@@ -121,7 +116,8 @@ class Session:
         if not self._asked:
             self._asked = True
             _ = simulation.brain.snapshot(), simulation.brain.state()  # what is wrong with them ends the run here
-        memory = None if self._recorder is None else self._memory(record)
+        wanted = self._recorder is not None and self._recorder.wants_memory(record)
+        memory = simulation.brain.snapshot() if wanted else None
         log.write(record)
         self._account.add(record, simulation.time_s)
         if self._recorder is not None:
@@ -130,17 +126,6 @@ class Session:
                 count = self._account.epoch(record.epoch)
                 self._recorder.end_epoch(hits=count.hits, decisions=count.decisions)
         return record
-
-    def _memory(self, record: DecisionRecord) -> Snapshot | None:
-        """The whole memory after the first decision and each epoch (of short ones some); in between the probabilities,
-        which are small."""
-        length, made = self._config.decisions, self._simulation.decisions
-        ends = record.decision == length and made // _WEIGHTS_EVERY > (made - length) // _WEIGHTS_EVERY
-        if ends or made == 1:
-            return self._simulation.brain.snapshot()
-        if record.decision % _PROBABILITIES_EVERY == 0:
-            return self._simulation.brain.snapshot()._replace(weights=None)
-        return None
 
     def _save(self, log: DecisionLog) -> None:
         """Write a checkpoint, once all that it builds on is safe on the disk; a brain without a state has none."""
@@ -171,10 +156,14 @@ class Session:
         self._close(recorder, stopped=False)
 
     def _close(self, recorder: RerunRecorder, *, stopped: bool) -> None:
-        self._recorder = memory = None
-        with contextlib.suppress(SclaError):  # a brain whose snapshot fails is refused when its file is written
-            memory = self._simulation.brain.snapshot()
-        recorder.close(memory, stopped=stopped)
+        self._recorder = None
+        recorder.close(self._memory(), stopped=stopped)
+
+    def _memory(self) -> Snapshot:
+        """Return what the brain knows; one whose snapshot fails is refused after its first decision."""
+        with contextlib.suppress(SclaError):
+            return self._simulation.brain.snapshot()
+        return Snapshot()
 
     def _open_recorder(self) -> RerunRecorder:
         """Open the recording, or its next part; importing rerun takes longer than the first decisions."""
@@ -188,6 +177,7 @@ class Session:
             model=self._simulation.world.drawable_model(),
             run_id=self._run.run_id,
             first_decision=self.decisions + 1,
+            memory=self._memory(),
         )
         if self._recorded is not None:
             recorder.restore(self._recorded)

@@ -133,14 +133,14 @@ def _check_members(path: Path, archive: Any) -> None:
 
 
 def check_snapshot(snapshot: Snapshot, cells: tuple[int, int] | None = None, *, anatomy: Anatomy | None = None) -> None:
-    """Refuse weights or action probabilities that `brain.npz` cannot hold.
+    """Refuse weights or action probabilities that `brain.npz` cannot hold, and values that cannot be shown.
 
     `cells` is (W, H) where the grid is known, the weights have the shapes of the `anatomy` where that is.
 
     Raises:
         SclaError: the sentence says what the array is and what it must be.
     """
-    weights, probabilities = snapshot
+    weights, probabilities, values = snapshot
     if weights is not None:
         _check_weights(weights, anatomy)
     if probabilities is not None:
@@ -152,6 +152,8 @@ def check_snapshot(snapshot: Snapshot, cells: tuple[int, int] | None = None, *, 
         sums_off = np.abs(probabilities.sum(axis=2) - 1.0)
         if not (probabilities.min(initial=0.0) >= 0.0 and sums_off.max(initial=0.0) <= _PROBABILITY_TOLERANCE):
             raise SclaError("every cell's probabilities must be 0 or more and sum to 1")
+    if values is not None:
+        _check_floats("values", values, cells)
 
 
 def _check_weights(weights: Any, anatomy: Anatomy | None) -> None:
@@ -177,7 +179,7 @@ def _check_floats(what: str, array: Any, shape: tuple[int, ...] | None) -> None:
     if not floats or (shape is not None and array.shape != shape):
         raise SclaError(f"{what} are {_kind(array)}, they must be floats{'' if shape is None else f' of {shape}'}")
     if not np.isfinite(array).all():
-        raise SclaError("every weight must be a finite number")
+        raise SclaError(f"{what} must be finite numbers")
 
 
 def _kind(values: Any) -> str:

@@ -14,6 +14,7 @@ EPOCH: Final = "epoch"
 
 WORLD: Final = "world"
 ROBOT: Final = "world/robot"
+POLICY: Final = "world/policy"
 TARGET: Final = "world/target"
 """Parent of the target's shapes: a target that jumps moves with it."""
 
@@ -24,6 +25,8 @@ RATES_WHOLE: Final = "brain/rates_whole_decision"
 WEIGHTS: Final = "brain/weights"
 WEIGHT_MATRIX: Final = "brain/weight_matrix"
 DOPAMINE: Final = "brain/dopamine"
+DOPAMINE_OF_ALL: Final = "brain/dopamine/all"
+"""Of decisions that release the same at every projection."""
 
 PROBABILITIES: Final = "automaton/probabilities"
 

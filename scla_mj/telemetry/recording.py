@@ -22,6 +22,7 @@ from scla_mj.telemetry.growable_array import GrowableArray
 from scla_mj.telemetry.growth import Growth
 from scla_mj.telemetry.views import VIEWS
 from scla_mj.telemetry.views.base import DECISION, EpochCount, RecordedRun, View, end_time_s, set_time
+from scla_mj.telemetry.views.learned import is_remembered
 
 _DECISIONS_A_FLUSH: Final = 1000
 """Columns this long cost 31 bytes a number on disk where single rows cost 1300; of shorter ones Rerun keeps more."""
@@ -46,6 +47,7 @@ class RerunRecorder:
         model: the compiled `mujoco.MjModel` to draw.
         run_id: the recording's identity; a resumed run's next part carries the same one.
         first_decision: the first one that the file will hold, counted over the run: above 1 for a later part.
+        memory: what the brain knows before that one, recorded too; what it lacks has no panel in the dashboard.
         views: what is recorded, in the order in which it is sent.
 
     Raises:
@@ -61,9 +63,11 @@ class RerunRecorder:
         model: Any,
         run_id: str,
         first_decision: int = 1,
+        memory: Snapshot | None = None,
         views: Sequence[type[View]] = VIEWS,
     ) -> None:
-        self._path, self._run = Path(path), RecordedRun(checked, model, anatomy)
+        self._path, self._run = Path(path), RecordedRun(checked, model, anatomy, memory or Snapshot())
+        self._first: Snapshot | None = self._run.memory
         with hidden("RERUN", "_RERUN"):  # which switch a recording off, or send it elsewhere
             self._stream = rr.RecordingStream(names.APPLICATION, recording_id=run_id)
         self._views = [view(self._stream, self._run) for view in views]
@@ -78,6 +82,10 @@ class RerunRecorder:
         self._growth, self._earlier = Growth(self._path), list[dict[str, Any]]()
         self._closed = False
 
+    def wants_memory(self, record: DecisionRecord) -> bool:
+        """Return whether the brain's memory after this decision, the next one to be written, is to be recorded."""
+        return is_remembered(self._decision + 1, record.decision, self._run.config.decisions)
+
     def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
         """Record one decision, and the brain's memory after it if a snapshot is given."""
         if record.decision == 1 and record.epoch == self._run.config.task.jump_epoch:
@@ -85,9 +93,16 @@ class RerunRecorder:
             self._run.epoch = record.epoch
             for view in self._views:
                 view.move_target()
+        if self._first is not None:
+            set_time(self._stream, record.time_s, self._decision + 1, record.epoch)
+            for view in self._views:
+                view.remember(self._first, self._decision)
+            self._first = None
         self._decision, self._end_s, self._run.epoch = self._decision + 1, end_time_s(record), record.epoch
         code, thinks = names.OUTCOME_CODES[record.move.outcome], self._run.activity(record) is not None
-        self._decisions.append((record.time_s, self._end_s, self._decision, record.epoch, record.hit, code, thinks))
+        decided_s = min(record.time_s + self._run.clock.thinking_window_s, self._end_s)
+        row = record.time_s, decided_s, self._end_s, self._decision, record.epoch, record.hit, code, thinks
+        self._decisions.append(row)
         for view in self._views:
             view.add(record, self._decision)
         self._remember(snapshot)
@@ -144,7 +159,7 @@ class RerunRecorder:
                 self._set_time()
                 for view in self._views:
                     view.stop(self._decision)
-            self._remember(snapshot)
+            self._remember(snapshot, last=True)
             self._send()
             self._flush()
         finally:
@@ -154,11 +169,11 @@ class RerunRecorder:
         """Set the stream's time to the end of the last decision, or to the run's start."""
         set_time(self._stream, self._end_s, self._decision, self._run.epoch)
 
-    def _remember(self, snapshot: Snapshot | None) -> None:
+    def _remember(self, snapshot: Snapshot | None, *, last: bool = False) -> None:
         if snapshot is not None:
             self._set_time()
             for view in self._views:
-                view.remember(snapshot, self._decision)
+                view.remember(snapshot, self._decision, last=last)
 
     def _waiting_bytes(self) -> int:
         return sum(array.rows.nbytes for view in self._views for array in view.gathered)

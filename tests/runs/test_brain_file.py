@@ -78,7 +78,7 @@ def write_arrays(folder, **changes):
     [
         ({"weights": np.zeros((8, 100, 99), np.float32)}, r"they must be floats of \(8, 100, 100\)"),
         ({"weights": np.zeros((8, 100, 100), np.int64)}, "they must be floats"),
-        ({"weights": np.full((8, 100, 100), np.nan)}, "every weight must be a finite number"),
+        ({"weights": np.full((8, 100, 100), np.nan)}, "weights must be finite numbers"),
         ({"projections": None}, "projections must name the weights"),
         ({"projections": np.array(PROJECTION_NAMES[::-1])}, "projections must name the weights"),
         ({"probabilities": np.full((5, 5, 4), 0.3)}, "sum to 1"),

@@ -114,6 +114,10 @@ class GeneralNetwork(Connections):
         """The concentration at each plastic projection, in their order."""
         return np.array([self.modulators[projection.modulator] for projection in self.description.plastic])
 
+    def _by_projection(self, released: NDArray[np.float64]) -> NDArray[np.float64]:
+        numbers = {modulator.name: number for number, modulator in enumerate(self.description.modulators)}
+        return released[[numbers[projection.modulator] for projection in self.description.plastic]]
+
     @property
     def modulators(self) -> dict[str, float]:
         """The concentrations by name."""

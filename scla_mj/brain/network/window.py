@@ -46,6 +46,7 @@ class Window(ABC):
         self._steps_per_call = max(STRETCH_STEPS, _SPIKES_PER_CALL // neurons)
         self._steps = 0
         self._releases: list[tuple[int, NDArray[np.float64]]] = []
+        self._released = np.zeros(modulators)
         self._nothing = np.zeros(modulators)
         self._undriven, self._drive = np.zeros((2, neurons), real)
         self._counts = np.zeros(populations, np.int64)
@@ -102,7 +103,7 @@ class Window(ABC):
             thinking_steps=thinking,
             steps=self._window_steps,
             mean_weights=self.mean_weights(),
-            dopamine=self.dopamine,
+            dopamine=self._by_projection(self._released),
             counts=(counts, self._counts.copy()),
         )
 
@@ -110,10 +111,9 @@ class Window(ABC):
     def mean_weights(self) -> NDArray[np.float64]:
         """Return each plastic projection's mean weight."""
 
-    @property
-    @abstractmethod
-    def dopamine(self) -> NDArray[np.float64]:
-        """The concentration at each plastic projection."""
+    def _by_projection(self, released: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the modulators, (M,), are at each plastic projection; a copy."""
+        return released.copy()
 
     def release_dopamine(self, amount: ArrayLike, *, delay_steps: int = 0) -> None:
         """Add a signed amount to each concentration, (M,), now or after some steps.
@@ -126,6 +126,7 @@ class Window(ABC):
             shortly = ", ".join(f"{part:g}" for part in released)
             raise SclaError(f"amount is {shortly}: every amount of dopamine must be a number from -1000 to 1000")
         self._releases.append((self._steps + count("delay_steps", delay_steps), released))
+        self._released += released
 
     @abstractmethod
     def _run(self, steps: int, drive: NDArray[Any], released: NDArray[np.float64]) -> int:
@@ -133,6 +134,7 @@ class Window(ABC):
 
     def _begin_window(self) -> None:
         self._counts[:] = self.spike_count = self._window_steps = 0
+        self._released[:] = 0.0
 
     def _reserve(self, steps: int) -> None:
         """Make room for a spike of every neuron in every step, after those already stored."""

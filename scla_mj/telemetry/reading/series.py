@@ -16,8 +16,8 @@ from scla_mj.telemetry import names
 from scla_mj.telemetry.reading.chunks import Chunk, faults_named, join
 from scla_mj.telemetry.reading.recording_parts import Part, open_parts
 
-_NO_SPIKES: Final = (np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0, "<U1"))
-"""The decision of each, where along the raster, its neuron and population."""
+_NO_SPIKES: Final = (np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, "<U1"))
+"""The decision of each and its start, where along the raster, its neuron and population."""
 
 
 class DecisionSpikes(NamedTuple):
@@ -46,7 +46,7 @@ def decision_spikes(parts: Sequence[Path], decision: int | None = None) -> Decis
     Raises:
         SclaError: the recording is damaged, has no such decision, or that decision's brain has no neurons.
     """
-    windows, found, step_ms = [np.zeros((0, 3))], [_NO_SPIKES], 1.0
+    windows, found, step_ms = [np.zeros((0, 2))], [_NO_SPIKES], 1.0
     populations: tuple[str, ...] | None = None
     for part, chunk in _rows(parts, [f"/{names.SPIKES}/**"], decision):
         if populations is None:
@@ -55,21 +55,21 @@ def decision_spikes(parts: Sequence[Path], decision: int | None = None) -> Decis
         name = chunk.entity.rpartition("/")[2]
         if chunk.entity == names.WINDOWS:
             origin_ms = chunk.values(names.CENTRES)[:, 0] - chunk.values(names.HALF_SIZES)[:, 0]
-            windows.append(np.column_stack([chunk.decision, origin_ms, chunk.time_s]))
+            windows.append(np.column_stack([chunk.decision, origin_ms]))
         elif name in populations and chunk.has(names.POINTS):
             points = chunk.values(names.POINTS).astype(float)
-            of = np.repeat(chunk.decision, chunk.lengths(names.POINTS))
-            found.append((of, *points.T, np.full(len(points), name)))
+            of, started_s = (np.repeat(own, chunk.lengths(names.POINTS)) for own in (chunk.decision, chunk.time_s))
+            found.append((of, started_s, *points.T, np.full(len(points), name)))
     begun = np.concatenate(windows)
     if decision is not None and not len(begun):
         raise _missing(parts, decision, "spikes")
     begun = begun[np.argsort(begun[:, 0], kind="stable")]
-    of, at_ms, neuron, population = (np.concatenate(column) for column in zip(*found, strict=True))
-    _, origin_ms, started_s = begun[np.searchsorted(begun[:, 0], of).clip(max=len(begun) - 1)].T
+    of, started_s, at_ms, neuron, population = (np.concatenate(column) for column in zip(*found, strict=True))
+    origin_ms = begun[np.searchsorted(begun[:, 0], of).clip(max=len(begun) - 1), 1]
     steps = np.rint((at_ms - origin_ms) / step_ms)
     order = np.lexsort((neuron, steps, of))
     time_s = (started_s + steps * (step_ms / 1000))[order]
-    return DecisionSpikes(time_s, neuron[order].astype(np.int64), population[order], of[order])
+    return DecisionSpikes(time_s, neuron[order].astype(np.int64), population[order], of[order].astype(np.int64))
 
 
 def decision_trajectory(parts: Sequence[Path], decision: int | None = None) -> DecisionTrajectory:

@@ -11,14 +11,13 @@ from collections import defaultdict
 from typing import Any, Final
 
 import numpy as np
-import pyarrow as pa
 import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from scla_mj.grid import Grid
 from scla_mj.palette import BACKGROUND
-from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord
+from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
 
@@ -26,7 +25,11 @@ _TRAIL: Final = f"{names.WORLD}/trajectory"
 _TRAIL_S: Final = 12.0
 _TRAIL_HEIGHT_M: Final = 0.006
 _TILE_THICKNESS_M: Final = 0.002
+_TILES: Final = f"{names.WORLD}/tiles"
 _TILE_COLOURS: Final = ((196, 200, 206), (178, 184, 192))
+_WORTH_COLOUR: Final = (56, 176, 112)
+_WORTH_SHARE: Final = 0.65
+"""How far the best cell's tile is tinted."""
 
 _TIME: Final = TRAJECTORY_COLUMNS.index("time_s")
 _POSITION: Final = slice(TRAJECTORY_COLUMNS.index("x_m"), TRAJECTORY_COLUMNS.index("z_m") + 1)
@@ -41,7 +44,6 @@ _FIRST_HIDDEN_GROUP: Final = 3
 """Groups 0 to 2 are seen, 3 and above are for collision only (MuJoCo's own viewer hides them too)."""
 _DEFAULT_RGBA: Final = (0.5, 0.5, 0.5, 1.0)
 """MuJoCo's geom colour when none is set: its material's colour then counts."""
-_STRIP: Final = rr.components.LineStrip3DBatch([]).as_arrow_array().type
 
 
 class Arena(base.View):
@@ -57,6 +59,7 @@ class Arena(base.View):
         self._paths = _body_paths(run.model, self._chassis)
         self._wheels = _wheels(run.model, self._chassis)
         self._poses, self._counts = self.gather(np.float64, len(TRAJECTORY_COLUMNS)), self.gather(np.int64)
+        self._stands = False
 
     def panels(self) -> list[base.Panel]:
         """Return the arena from above and in front."""
@@ -67,13 +70,13 @@ class Arena(base.View):
         )
         panel = rrb.Spatial3DView(
             origin=f"/{names.WORLD}",
-            name="Arena: robot, trail and each cell's action probabilities",
+            name=f"Arena: the last {_TRAIL_S:g} s, action probabilities" + (", worth of cells in green" * self._tinted),
             line_grid=False,
             overrides={f"/{_TRAIL}": rrb.VisibleTimeRanges(base.last(_TRAIL_S))},
             eye_controls=eye,
             background=list(BACKGROUND),
         )
-        return [base.Panel(base.Place.LEFT, panel, rank=1, share=3)]
+        return [base.Panel(base.Place.NOW_LEFT, panel, rank=1, share=4)]
 
     def log_static(self) -> None:
         """Log every visible geom as static shapes, every fixed body's pose, the tiles, and how wide the trail is."""
@@ -83,15 +86,19 @@ class Arena(base.View):
                 mount = rr.Transform3D(translation=model.body_pos[body], quaternion=_xyzw(model.body_quat[body]))
                 self.stream.log(path, mount, static=True)
         _log_geoms(self.stream, model, paths | {wheel: self._spin(wheel) for wheel in self._wheels})
-        _log_tiles(self.stream, self.run.grid)
+        _log_tiles(self.stream, self.run.grid, coloured=not self._tinted)
         self.stream.log(_TRAIL, rr.LineStrips3D.from_fields(radii=[0.004]), static=True)
 
     def add(self, record: DecisionRecord, decision: int) -> None:
-        """Keep the poses."""
+        """Keep the poses, and in the first decision that it stands there from the start."""
         trajectory = record.move.trajectory
         kept = base.kept_poses(len(trajectory), self.run.clock.control_period_s)
-        self._poses.extend(trajectory.take(kept, axis=0))
-        self._counts.append(len(kept))
+        poses = trajectory.take(kept, axis=0)
+        if len(kept) and not self._stands:
+            poses = np.concatenate([poses[:1], poses])
+            poses[0, _TIME], self._stands = record.time_s, True
+        self._poses.extend(poses)
+        self._counts.append(len(poses))
 
     def send(self, rows: base.Rows) -> None:
         """Send the chassis' poses, the wheels' turns, and a line strip per decision that moved."""
@@ -110,24 +117,37 @@ class Arena(base.View):
         position_m = position_m.copy()
         position_m[:, 2] = _TRAIL_HEIGHT_M
         trail = rr.LineStrips3D.columns(
-            strips=_strips(position_m, counts[counts > 0]), colors=base.outcome_colours(moved)
+            strips=base.line_strips(position_m, counts[counts > 0]), colors=base.outcome_colours(moved)
         )
-        self.stream.send_columns(_TRAIL, base.at(moved, "start_s"), trail)
+        self.stream.send_columns(_TRAIL, base.at(moved, "end_s"), trail)
+
+    def remember(self, snapshot: Snapshot, decision: int, *, last: bool = False) -> None:
+        """Tint the tiles by how good the brain finds the cells."""
+        if self._tinted and snapshot.values is not None:
+            worth = np.clip(snapshot.values / max(float(snapshot.values.max()), 1e-9), 0.0, 1.0).reshape(-1, 1)
+            plain, share = _tile_colours(self.run.grid), _WORTH_SHARE * worth
+            tinted = (1.0 - share) * plain + share * np.array(_WORTH_COLOUR)
+            self.stream.log(_TILES, rr.Boxes3D.from_fields(colors=tinted.astype(np.uint8)))
 
     def move_target(self) -> None:
         """Move the target's shapes to their new cell."""
         old, new = (self.run.grid.centre_m(cell) for cell in (self._first_target, self.run.grid.target))
         self.stream.log(names.TARGET, rr.Transform3D(translation=(new[0] - old[0], new[1] - old[1], 0.0)))
 
+    @property
+    def _tinted(self) -> bool:
+        return self.run.memory.values is not None
+
+    def state(self) -> dict[str, Any]:
+        """Return whether the pose of the start is known."""
+        return {"stands": self._stands}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from a `state`."""
+        self._stands = state["stands"]
+
     def _spin(self, wheel: int) -> str:
         return f"{self._paths[wheel]}/spin"
-
-
-def _strips(points: NDArray[np.float32], lengths: NDArray[np.int64]) -> Any:
-    """Cut points, (n, 3), into line strips, as Arrow's list of them: Rerun turns any other into one strip by strip."""
-    ends = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
-    vectors = rr.components.Position3DBatch(points).as_arrow_array()
-    return pa.ListArray.from_arrays(pa.array(ends), vectors, type=_STRIP)
 
 
 def _turn_about_y(angle_rad: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -175,19 +195,22 @@ def _log_geoms(stream: rr.RecordingStream, model: Any, paths: dict[int, str]) ->
             stream.log(f"{path}/{type(drawn).__name__.lower()}", drawn, static=True)
 
 
-def _log_tiles(stream: rr.RecordingStream, grid: Grid) -> None:
-    """Log a chequerboard of thin boxes whose tops lie at z = 0."""
+def _tile_colours(grid: Grid) -> NDArray[np.float64]:
+    """Return a chequerboard's colours, (cells, 3)."""
+    return np.array([_TILE_COLOURS[(cell.x + cell.y) % 2] for cell in grid.all_cells()], float)
+
+
+def _log_tiles(stream: rr.RecordingStream, grid: Grid, *, coloured: bool) -> None:
+    """Log thin boxes whose tops lie at z = 0; colours that change must never be static."""
     cells = grid.all_cells()
-    centres = [(*grid.centre_m(cell), -_TILE_THICKNESS_M / 2) for cell in cells]
     half_m = grid.cell_size_m / 2
-    colours = [_TILE_COLOURS[(cell.x + cell.y) % 2] for cell in cells]
     tiles = rr.Boxes3D(
         half_sizes=[(half_m, half_m, _TILE_THICKNESS_M / 2)] * len(cells),
-        centers=centres,
-        colors=colours,
+        centers=[(*grid.centre_m(cell), -_TILE_THICKNESS_M / 2) for cell in cells],
+        colors=_tile_colours(grid).astype(np.uint8) if coloured else None,
         fill_mode="solid",
     )
-    stream.log(f"{names.WORLD}/tiles", tiles, static=True)
+    stream.log(_TILES, tiles, static=True)
 
 
 def _rgba(model: Any, geom: int) -> NDArray[np.float64]:

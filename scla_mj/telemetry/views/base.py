@@ -7,6 +7,7 @@ import functools
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -22,6 +23,7 @@ from scla_mj.telemetry.growable_array import GrowableArray
 DECISION: Final = np.dtype(
     [
         ("start_s", np.float64),
+        ("decided_s", np.float64),
         ("end_s", np.float64),
         ("decision", np.int64),
         ("epoch", np.int64),
@@ -30,20 +32,24 @@ DECISION: Final = np.dtype(
         ("thinks", np.bool_),
     ]
 )
-"""A decision as every view's `send` gets it: `decision` counts over the whole run from 1, `outcome` is one of
-`names.OUTCOME_CODES`, `thinks` says that the brain had an activity to record."""
+"""A decision as every view's `send` gets it: `decided_s` is the end of its window, `decision` counts over the whole run
+from 1, `outcome` is one of `names.OUTCOME_CODES`, `thinks` says that the brain had an activity to record."""
 Rows = NDArray[np.void]
 """Rows of `DECISION`."""
 
 _COLOURS: Final = np.array([OUTCOME_COLOURS[outcome] for outcome in names.OUTCOME_CODES], np.uint8)
 
 _TIME: Final = TRAJECTORY_COLUMNS.index("time_s")
+_STRIP: Final = rr.components.LineStrip3DBatch([]).as_arrow_array().type
 _POSE_PERIOD_S: Final = 0.05
 """A recording keeps a pose about this often: 20 Hz still looks smooth."""
 
-_DECISION_S: Final = 0.7
-"""About how long a decision takes: turns a range of seconds into one of decisions, for the other timeline."""
+_DECISION_S: Final = 0.98
+"""How long a decision takes on average: turns a range of seconds into one of decisions, for the other timeline."""
 _SCROLL_S: Final = 60.0
+
+LABEL_COLOUR: Final[RGB] = (255, 255, 255)
+"""Of text in a view: Rerun draws it on a box of its own, dark in either theme."""
 
 cursor: Final = rrb.TimeRangeBoundary.cursor_relative
 WHOLE_RUN: Final = rrb.TimeAxis(
@@ -55,11 +61,12 @@ class RecordedRun:
     """What the views know of the run. `grid` and ceiling are those of its `epoch`, as the target may jump.
 
     `model` is a compiled `mujoco.MjModel` to draw. A brain without neurons has the `anatomy` None, and no `populations`
-    and `projections`.
+    and `projections`; what its `memory` at the start lacks, it never has.
     """
 
-    def __init__(self, checked: CheckedConfig, model: Any, anatomy: Anatomy | None) -> None:
+    def __init__(self, checked: CheckedConfig, model: Any, anatomy: Anatomy | None, memory: Snapshot) -> None:
         self.checked, self.config, self.clock, self.model = checked, checked.config, checked.clock, model
+        self.memory = memory
         self.epoch, self.anatomy = 1, anatomy
         self.populations: tuple[Population, ...] = () if anatomy is None else anatomy.populations
         self.projections: tuple[Projection, ...] = () if anatomy is None else anatomy.projections
@@ -107,12 +114,16 @@ class EpochCount(NamedTuple):
 
 
 class Place(enum.Enum):
-    """Where in the dashboard a panel stands: the left half, or a row of the right half."""
+    """Where in the dashboard a panel stands: a tab, and there a column or a row."""
 
-    LEFT = enum.auto()
-    TOP = enum.auto()
-    MIDDLE = enum.auto()
-    TABS = enum.auto()
+    NOW_LEFT = enum.auto()
+    NOW_RIGHT = enum.auto()
+    LEARNING_TOP = enum.auto()
+    LEARNING_MIDDLE = enum.auto()
+    LEARNING_BOTTOM = enum.auto()
+    BRAIN_LEFT = enum.auto()
+    BRAIN_RIGHT = enum.auto()
+    LOG = enum.auto()
 
 
 class Panel(NamedTuple):
@@ -153,8 +164,8 @@ class View:
     def send(self, rows: Rows) -> None:
         """Send what was gathered of these decisions as columns, copied, since Rerun may still read it."""
 
-    def remember(self, snapshot: Snapshot, decision: int) -> None:
-        """Log the brain's memory after a decision."""
+    def remember(self, snapshot: Snapshot, decision: int, *, last: bool = False) -> None:
+        """Log the brain's memory after a decision, 0 at the start; it is the `last` time in this file, or it is not."""
 
     def end_epoch(self, count: EpochCount) -> None:
         """Log the result of a whole epoch."""
@@ -190,9 +201,10 @@ def set_time(stream: rr.RecordingStream, time_s: float, decision: int, epoch: in
     stream.set_time(names.EPOCH, sequence=epoch)
 
 
-def at(rows: Rows, time: str) -> list[rr.TimeColumn]:
-    """Return the index columns of a value per decision, at its "start_s" or "end_s"."""
-    return time_columns(rows[time], rows["decision"], rows["epoch"])
+def at(rows: Rows, *times: str) -> list[rr.TimeColumn]:
+    """Return the index columns of a value per decision at its "start_s", "decided_s" or "end_s", or at several."""
+    time_s = np.column_stack([rows[time] for time in times]).reshape(-1)
+    return time_columns(time_s, np.repeat(rows["decision"], len(times)), np.repeat(rows["epoch"], len(times)))
 
 
 def at_poses(rows: Rows, time_s: NDArray[np.float64], poses: NDArray[np.int64]) -> list[rr.TimeColumn]:
@@ -220,6 +232,13 @@ def outcome_colours(rows: Rows) -> NDArray[np.uint8]:
     return colours
 
 
+def line_strips(points: NDArray[np.float32], lengths: NDArray[np.int64]) -> Any:
+    """Cut points, (n, 3), into line strips, as Arrow's list of them: Rerun turns any other into one strip by strip."""
+    ends = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
+    vectors = rr.components.Position3DBatch(points).as_arrow_array()
+    return pa.ListArray.from_arrays(pa.array(ends), vectors, type=_STRIP)
+
+
 def send_scalars(stream: rr.RecordingStream, entity: str, index: list[rr.TimeColumn], values: ArrayLike) -> None:
     """Send a curve."""
     stream.send_columns(entity, index, rr.Scalars.columns(scalars=np.array(values, np.float64)))
@@ -228,6 +247,12 @@ def send_scalars(stream: rr.RecordingStream, entity: str, index: list[rr.TimeCol
 def log_line(stream: rr.RecordingStream, entity: str, colour: RGB, name: str, width: float) -> None:
     """Log how a curve looks."""
     stream.log(entity, rr.SeriesLines(colors=[colour], names=[name], widths=[width]), static=True)
+
+
+def log_points(stream: rr.RecordingStream, entity: str, colour: RGB, name: str, *, marker: str = "circle") -> None:
+    """Log how a value per decision looks that has nothing to do with the one before: as points."""
+    look = rr.SeriesPoints(colors=[colour], names=[name], markers=[marker], marker_sizes=[3.0])
+    stream.log(entity, look, static=True)
 
 
 def last(seconds: float) -> list[rrb.VisibleTimeRange]:
@@ -248,5 +273,5 @@ def curves(
 
 
 def scrolling_curves(contents: list[str], name: str, **more: Any) -> rrb.TimeSeriesView:
-    """Return a panel of the curves' last minute. An axis of its own would be empty on the other timeline."""
+    """Return a panel of the last minute. An axis of its own in seconds would show nothing on the other timeline."""
     return curves(contents, name, time_ranges=last(_SCROLL_S), **more)

@@ -35,15 +35,20 @@ class Hits(base.View):
         self._ceiling_is_due = True
 
     def panels(self) -> list[base.Panel]:
-        """Return the learning curve of the whole run."""
-        learning = base.curves(
+        """Return the learning curve of the whole run, in two tabs."""
+        return [
+            base.Panel(base.Place.NOW_RIGHT, self._panel(), rank=4, share=2),
+            base.Panel(base.Place.LEARNING_TOP, self._panel(), rank=1),
+        ]
+
+    def _panel(self) -> rrb.TimeSeriesView:
+        return base.curves(
             [f"/{_LEARNING}/**"],
             "Hits per 1000 decisions",
             axis_x=base.WHOLE_RUN,
             axis_y=rrb.ScalarAxis(range=(0.0, 1.2 * self.run.ceiling_hits_per_1000)),
             corner=rrb.Corner2D.RightBottom,
         )
-        return [base.Panel(base.Place.TOP, learning, rank=1)]
 
     def log_static(self) -> None:
         """Log each curve's name and colour."""

@@ -1,4 +1,4 @@
-"""What is recorded at intervals: weight matrices, action probabilities, and the policy as arrows in the arena."""
+"""What is recorded at intervals to the bit, weights and action probabilities; and the policy as arrows in the arena."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from typing import Any, Final
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from scla_mj.grid import Action, Grid
@@ -15,12 +14,25 @@ from scla_mj.signals import Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
 
-_POLICY: Final = f"{names.WORLD}/policy"
+_WEIGHTS_EVERY: Final = 100
+"""Decisions for which one copy of all weights is enough, some 90 kB on the disk: this bounds short epochs."""
+_PROBABILITIES_EVERY: Final = 50
 _ARROW_REACH: Final = 0.40
 """Length, in cells, of the arrow of an action that is certain."""
 _ARROW_HEIGHT_M: Final = 0.004
 _FAINT: Final = 0.02
 """Arrows of less probable actions are not drawn."""
+
+
+def is_pictured(decision: int) -> bool:
+    """Return whether the weights after this decision of the run are a picture: densely first, when most is learnt."""
+    apart = next((apart for limit, apart in ((10, 1), (200, 10), (1000, 50)) if decision <= limit), 250)
+    return decision % apart == 0
+
+
+def is_remembered(decision: int, of_epoch: int, length: int) -> bool:
+    """Return whether the brain's memory is recorded after a decision of the run, the `of_epoch`-th of `length`."""
+    return of_epoch == length or is_pictured(decision) or decision % _PROBABILITIES_EVERY == 0
 
 
 class Learned(base.View):
@@ -30,22 +42,12 @@ class Learned(base.View):
         super().__init__(stream, run)
         self._logged: dict[str, int] = {}
 
-    def panels(self) -> list[base.Panel]:
-        """Return the weight matrices, if there are any; the policy is drawn in the arena."""
-        mapping = rrb.TensorScalarMapping(colormap="inferno", mag_filter="nearest")
-        matrices = [
-            rrb.TensorView(origin=f"/{names.WEIGHT_MATRIX}/{name}", name=name, view_fit="fill", scalar_mapping=mapping)
-            for name, _, _, shape, *_ in self.run.projections
-            if len(shape) > 1
-        ]
-        if not matrices:
-            return []
-        grid = rrb.Grid(*matrices, grid_columns=4, name="Weight matrices, last epoch's end")
-        return [base.Panel(base.Place.TABS, grid, rank=1)]
+    def remember(self, snapshot: Snapshot, decision: int, *, last: bool = False) -> None:
+        """Log each part once per decision, to the bit: nothing learns between a decision's end and the run's.
 
-    def remember(self, snapshot: Snapshot, decision: int) -> None:
-        """Log each part once per decision, to the bit: nothing learns between a decision's end and the run's."""
-        if snapshot.weights is not None and self._is_fresh("weights", decision):
+        Weights are logged after the first decision and each epoch (of short ones some), and at the end.
+        """
+        if snapshot.weights is not None and (last or self._ends(decision)) and self._is_fresh("weights", decision):
             weights = {} if self.run.anatomy is None else self.run.anatomy.by_projection(snapshot.weights)
             for projection in self.run.projections:
                 matrix, ends = weights[projection.name], (projection.source, projection.target)
@@ -55,7 +57,7 @@ class Learned(base.View):
         if snapshot.probabilities is not None and self._is_fresh("probabilities", decision):
             tensor = rr.Tensor(snapshot.probabilities, dim_names=("x", "y", "action"), value_range=[0.0, 1.0])
             self.stream.log(names.PROBABILITIES, tensor)
-            self.stream.log(_POLICY, _policy_arrows(snapshot.probabilities, self.run.grid))
+            self.stream.log(names.POLICY, _policy_arrows(snapshot.probabilities, self.run.grid))
 
     def state(self) -> dict[str, Any]:
         """Return after which decision each part was logged last."""
@@ -64,6 +66,12 @@ class Learned(base.View):
     def restore(self, state: dict[str, Any]) -> None:
         """Continue from a `state`."""
         self._logged = dict(state)
+
+    def _ends(self, decision: int) -> bool:
+        """Return whether it is the first decision, or an epoch's last and the weights were not logged just before."""
+        length = self.run.config.decisions
+        ends = decision > 0 and decision % length == 0
+        return decision == 1 or (ends and decision // _WEIGHTS_EVERY > (decision - length) // _WEIGHTS_EVERY)
 
     def _is_fresh(self, part: str, decision: int) -> bool:
         before, self._logged[part] = self._logged.get(part), decision

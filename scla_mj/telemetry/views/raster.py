@@ -34,7 +34,6 @@ _ASPECT: Final = 0.46
 """Height of the raster by its width, as its place in the dashboard wants it."""
 _LABELS_SHARE: Final = 0.07
 """Room for the populations' names right of now, by the raster's width."""
-_LABEL_COLOUR: Final = (178, 184, 196)
 _LABEL_RISE: Final = 0.035
 """Rerun draws a label below its point: by about this share of the neurons."""
 _LABEL_ROOM: Final = 0.07
@@ -61,13 +60,19 @@ class Raster(base.View):
         self._next_ms = 0.0
 
     def panels(self) -> list[base.Panel]:
-        """Return the last thinking windows side by side, or the last stretch of simulated time."""
+        """Return the last thinking windows side by side, or the last stretch of simulated time, in two tabs."""
         if not self._neurons:
             return []
+        return [
+            base.Panel(base.Place.NOW_RIGHT, self._panel(), rank=2, share=4),
+            base.Panel(base.Place.BRAIN_LEFT, self._panel(), rank=1, share=3),
+        ]
+
+    def _panel(self) -> rrb.Spatial2DView:
         x_range = [-self._shown_ms, _LABELS_SHARE * self._shown_ms]
         height = _ASPECT * self._shown_ms
         what = f"last {_WINDOWS_SHOWN} thinking windows" if self._light else f"last {self._shown_ms:g} ms"
-        panel = rrb.Spatial2DView(
+        return rrb.Spatial2DView(
             origin="/",
             contents=[f"/{names.SPIKES}/**", f"/{_LABELS}", f"/{_MARGIN}"],
             name=f"Spikes of {self._neurons} neurons, {what}",
@@ -75,7 +80,6 @@ class Raster(base.View):
             time_ranges=base.last(_WINDOWS_SHOWN * 2.0 if self._light else 3.0),
             background=list(BACKGROUND),
         )
-        return [base.Panel(base.Place.LEFT, panel, rank=2, share=2)]
 
     def log_static(self) -> None:
         """Log the colours and the labels, and cover what the robot has not lived through yet."""
@@ -87,7 +91,7 @@ class Raster(base.View):
         scale = rr.Transform3D(scale=[1.0, _ASPECT * self._shown_ms / self._neurons, 1.0])
         self.stream.log("brain", scale, static=True)
         self.stream.log(names.WINDOWS, rr.Boxes2D.from_fields(radii=[rr.Radius.ui_points(0.5)]), static=True)
-        # The future lies right of x = 0; a full recording knows it at a decision's start.
+        # The future lies right of x = 0: the spikes are known at a decision's start.
         margin = np.full((1, 1, 3), BACKGROUND, np.uint8)
         self.stream.log(_MARGIN, rr.Image(margin, draw_order=50.0), static=True)
         beyond = _BEYOND * max(1000, self._neurons)
@@ -98,7 +102,7 @@ class Raster(base.View):
         labels = rr.Points2D(
             [(x, (group.start + group.stop) / 2 - _LABEL_RISE * self._neurons) for group in labelled],
             labels=[group.name for group in labelled],
-            colors=[_LABEL_COLOUR],
+            colors=[base.LABEL_COLOUR],
             radii=[rr.Radius.ui_points(0.0)],
             show_labels=True,
         )
@@ -121,7 +125,10 @@ class Raster(base.View):
         self._thoughts.append((thinking if self._light else whole, origin_ms, len(kept)))
 
     def send(self, rows: base.Rows) -> None:
-        """Send a row per decision and population, at the time when the thinking window opened."""
+        """Send a row per decision and population, at the time when the thinking window opened, and frames at its end.
+
+        What lies ahead is covered until the raster has moved on.
+        """
         rows, thoughts = rows[rows["thinks"]], self._thoughts.rows
         if not len(rows):
             return
@@ -130,13 +137,14 @@ class Raster(base.View):
         centres = np.column_stack([origins_ms, np.zeros(len(rows))]) + middle
         half_sizes = np.tile(middle, (len(rows), 1))
         boxes = rr.Boxes2D.columns(half_sizes=half_sizes, centers=centres, colors=base.outcome_colours(rows))
-        self.stream.send_columns(names.WINDOWS, index, boxes)
+        self.stream.send_columns(names.WINDOWS, base.at(rows, "end_s"), boxes)
         counts = thoughts["counts"].T
         for population, points, lengths in zip(self.run.populations, self._points(thoughts), counts, strict=True):
             columns = rr.Points2D.columns(positions=points).partition(lengths)
             self.stream.send_columns(f"{names.SPIKES}/{population.name}", index, columns)
         if self._light:
-            self._scroll(index, origins_ms + self._window_ms)
+            ends_ms = np.column_stack([origins_ms, origins_ms + self._window_ms]).reshape(-1)
+            self._scroll(base.at(rows, "start_s", "decided_s"), ends_ms)
         elif len(self._pose_s):
             poses, time_s = thoughts["poses"], self._pose_s.rows
             passed_ms = 1000 * (time_s - np.repeat(rows["start_s"], poses))

@@ -1,13 +1,14 @@
-"""What changes from decision to decision in the brain, as curves: rates in Hz, mean weights, dopamine."""
+"""What changes from decision to decision in the brain: mean weights as curves, rates in Hz and dopamine as points."""
 
 from __future__ import annotations
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from numpy.typing import NDArray
 
 from scla_mj.anatomy import MOTOR_ROLE
-from scla_mj.palette import population_colours, projection_styles, rgb
+from scla_mj.palette import HIT_COLOUR, population_colours, projection_styles, rgb
 from scla_mj.signals import DecisionRecord
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
@@ -32,8 +33,9 @@ class Series(base.View):
         more = [self._rates(names.RATES, role, "while thinking") for role in roles if role != first]
         more.append(self._rates(names.RATES_WHOLE, first, "in the whole decision"))
         rates = [
-            base.Panel(base.Place.MIDDLE, self._rates(names.RATES, first, "while thinking"), rank=1),
-            base.Panel(base.Place.TABS, rrb.Horizontal(*more, name="More rates"), rank=2),
+            base.Panel(base.Place.NOW_RIGHT, self._rates(names.RATES, first, "while thinking"), rank=3, share=2),
+            base.Panel(base.Place.BRAIN_RIGHT, self._rates(names.RATES, first, "while thinking"), rank=1),
+            base.Panel(base.Place.BRAIN_RIGHT, rrb.Tabs(*more, name="More rates"), rank=4),
         ]
         if not self.run.projections:
             return rates
@@ -41,24 +43,31 @@ class Series(base.View):
         known = [bounds for bounds in ranges if bounds is not None]
         low, high = min((low for low, _ in known), default=0.0), max((high for _, high in known), default=0.0)
         axis = {"axis_y": rrb.ScalarAxis(range=(low, low + 1.05 * (high - low)))} if len(known) == len(ranges) else {}
-        weights = base.curves(
-            [f"/{names.WEIGHTS}/**"], "Mean weights", axis_x=base.WHOLE_RUN, corner=rrb.Corner2D.RightTop, **axis
-        )
-        dopamine = base.scrolling_curves([f"/{names.DOPAMINE}/**"], "Dopamine at each decision's end", legend=False)
+        means, corner = [f"/{names.WEIGHTS}/**"], rrb.Corner2D.RightTop
+        thin = ", opposite ones thin" if any(projection.dashed for projection in self.run.projections) else ""
+        weights = base.curves(means, f"Mean weights, mV{thin}", axis_x=base.WHOLE_RUN, corner=corner, **axis)
+        lately = base.scrolling_curves(means, "Mean weights in the last minute, mV", legend=False)
+        dopamine = base.scrolling_curves([f"/{names.DOPAMINE}/**"], "Dopamine released in each decision")
         return [
             *rates,
-            base.Panel(base.Place.TOP, weights, rank=2),
-            base.Panel(base.Place.MIDDLE, dopamine, rank=2),
+            base.Panel(base.Place.LEARNING_TOP, weights, rank=2),
+            base.Panel(base.Place.BRAIN_RIGHT, lately, rank=2),
+            base.Panel(base.Place.BRAIN_RIGHT, dopamine, rank=3),
         ]
 
     def log_static(self) -> None:
         """Log each curve's name and colour."""
         for name, colour in population_colours(self.run.populations).items():
             for parent in (names.RATES, names.RATES_WHOLE):
-                base.log_line(self.stream, f"{parent}/{name}", colour, name, 1.2)
-        for name, (hexadecimal, _) in projection_styles(self.run.projections).items():
-            for parent, width in ((names.WEIGHTS, 2.0), (names.DOPAMINE, 1.2)):
-                base.log_line(self.stream, f"{parent}/{name}", rgb(hexadecimal), name, width)
+                base.log_points(self.stream, f"{parent}/{name}", colour, name)
+        styles = projection_styles(self.run.projections)
+        for projection in self.run.projections:
+            name, colour, dashed = projection.name, rgb(styles[projection.name][0]), projection.dashed
+            label = f"{projection.source} → {projection.target}"
+            base.log_line(self.stream, f"{names.WEIGHTS}/{name}", colour, label, 1.0 if dashed else 2.5)
+            marker = "diamond" if dashed else "circle"
+            base.log_points(self.stream, f"{names.DOPAMINE}/{name}", colour, label, marker=marker)
+        base.log_points(self.stream, names.DOPAMINE_OF_ALL, HIT_COLOUR, "all projections alike")
 
     def add(self, record: DecisionRecord, decision: int) -> None:
         """Keep the counts and the means."""
@@ -85,10 +94,20 @@ class Series(base.View):
                 thoughts["whole"] / (sizes * steps * (clock.neural_step_ms / 1000)),
             ),
             (names.WEIGHTS, projections, thoughts["mean_weights"]),
-            (names.DOPAMINE, projections, thoughts["dopamine"]),
         ):
             for label, column in zip(labels, values.T, strict=True):
                 base.send_scalars(self.stream, f"{parent}/{label}", index, column)
+        self._send_dopamine(rows[rows["thinks"]], thoughts["dopamine"], projections)
+
+    def _send_dopamine(self, rows: base.Rows, dopamine: NDArray[np.float64], projections: list[str]) -> None:
+        """Send one point for all projections where they have the same, else one for each."""
+        alike = (dopamine == dopamine[:, :1]).all(axis=1) & bool(projections)
+        if alike.any():
+            base.send_scalars(self.stream, names.DOPAMINE_OF_ALL, base.at(rows[alike], "end_s"), dopamine[alike, 0])
+        if not alike.all():
+            index = base.at(rows[~alike], "end_s")
+            for name, column in zip(projections, dopamine[~alike].T, strict=True):
+                base.send_scalars(self.stream, f"{names.DOPAMINE}/{name}", index, column)
 
     def _rates(self, parent: str, role: str, when: str) -> rrb.TimeSeriesView:
         group = [population for population in self.run.populations if population.role == role]

@@ -20,10 +20,10 @@ class Text(base.View):
     """The page about the recording, and the log."""
 
     def panels(self) -> list[base.Panel]:
-        """Return two tabs."""
+        """Return both."""
         log = rrb.TextLogView(origin=f"/{_LOG}", name="Log")
         about = rrb.TextDocumentView(origin=f"/{_ABOUT}", name="About")
-        return [base.Panel(base.Place.TABS, log, rank=3), base.Panel(base.Place.TABS, about, rank=4)]
+        return [base.Panel(base.Place.LOG, log, rank=1), base.Panel(base.Place.LOG, about, rank=2)]
 
     def log_static(self) -> None:
         """Log the page."""
@@ -70,7 +70,7 @@ def _neurons(run: base.RecordedRun) -> str:
     weights = ", ".join(f"{own.name} from {own.source} to {own.target}" for own in run.projections)
     return (
         f"- **Spikes.** A dot per spike, a row per neuron; from above, {'; '.join(groups)}.\n"
-        "  A frame is a thinking window, in the colour of how its move ended.\n"
+        "  A frame closes round a thinking window once its move has ended, in the colour of how.\n"
         + (f"- **Weights.** The mean of each projection: {weights}.\n" if weights else "")
     )
 
@@ -85,5 +85,6 @@ Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
 
 - **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows:
   how probable each action is in each cell, yellow up, blue down, green left, pink right.
-{_neurons(run)}- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
+{_neurons(run)}- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds. More:
+  docs/recording.md.
 """
