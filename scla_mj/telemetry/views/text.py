@@ -83,8 +83,10 @@ def _about(run: base.RecordedRun) -> str:
 Protocol `{run.config.protocol}`, where a shortest path earns {run.ceiling_hits_per_1000:.1f} hits in 1000 decisions.
 Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
 
-- **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows:
-  how probable each action is in each cell, yellow up, blue down, green left, pink right.
-{_neurons(run)}- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds. More:
-  docs/recording.md.
+- **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows
+  on the floor: how probable each action is in each cell, yellow up, blue down, green left, pink right; over the robot:
+  the votes of its motor populations. A gold beam: it senses the target. Greener tiles: cells that it finds better.
+- **Last decisions.** A column per decision: what it senses, is advised and does; a disc for how that ended.
+{_neurons(run)}- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
+- More: docs/recording.md.
 """

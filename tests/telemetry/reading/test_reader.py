@@ -240,7 +240,7 @@ def test_bytes_that_abort_the_decoder_are_refused_in_a_sentence(folder, tmp_path
 def test_a_damaged_recording_is_refused_in_a_sentence(folder, tmp_path):
     whole = bytearray((folder / "light.rrd").read_bytes())
     middle = len(whole) // 2
-    whole[middle : middle + 3000] = os.urandom(3000)
+    whole[middle : middle + 200_000] = os.urandom(200_000)  # more than one entity's columns
     (tmp_path / "damaged.rrd").write_bytes(whole)
     with pytest.raises(SclaError, match=r"damaged\.rrd is damaged: [^\n]+$"):
         inspect_recording(tmp_path / "damaged.rrd")
