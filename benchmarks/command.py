@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Bench:
     """Time a run's decisions against bare physics and bare neurons, in turn; print medians and ratios (4 minutes).
-    --growth, --long, --seeds, --fleets and --peers measure that instead."""
+    --growth, --long, --seeds, --fleets, --described and --peers measure that instead."""
 
     repetitions: int = 5
     """Repetitions in turn; each figure is a median over them."""
@@ -37,6 +37,9 @@ class Bench:
     fleets: bool = False
     """The environments, 64 robots at once, and 64 with their brains, compared with their bare parts, on one core and on
     two, which must be free (1 minute)."""
+    described: bool = False
+    """A network by description compared with the paper's kernel, with ten times its size, and with Brian2 where
+    .peers is (1 minute)."""
     peers: Path | None = None
     """The python of the peers' environment (docs/performance.md): Brian2, NEST and numpy run the same network; their
     spike trains must be ours (1 minute)."""
@@ -87,6 +90,7 @@ class Bench:
             "long": self.long,
             "seeds": self.seeds,
             "fleets": self.fleets,
+            "described": self.described,
             "peers": self.peers is not None,
         }
         return [name for name, chosen in wanted.items() if chosen] or ["rollout"]

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from benchmarks import charts, fleets, growth, kernel_parts, moves, peers_race, processes, rollouts
+from benchmarks import charts, described, fleets, growth, kernel_parts, moves, peers_race, processes, rollouts
 from benchmarks.crosscheck import CHECKS
 from benchmarks.preflight import require_folder
 from benchmarks.table import ONE_REPETITION, Sheet, comma_separated, doubted
@@ -17,7 +17,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
 _STARTS_AT_MOST: Final = 3
-_TIMED: Final = ("rollout", "network", "move", "start", "neurons", "arenas", "seeds", "peers")
+_TIMED: Final = ("rollout", "network", "move", "start", "neurons", "arenas", "seeds", "peers", "described")
 """The tables whose figures are medians over the repetitions; the others count bytes, or repeat in their own way."""
 
 
@@ -82,6 +82,10 @@ def _peers(order: Order, watch: Watch) -> Result:
     return Result(peers_race.race(order.config, order.peers, repetitions=order.repetitions, watch=watch), {})
 
 
+def _described(order: Order, watch: Watch) -> Result:
+    return Result([described.measure(order.config, order.peers, repetitions=order.repetitions, watch=watch)], {})
+
+
 def _rollout_ticks(order: Order) -> int:
     return 3 * (order.repetitions + 1) + min(order.repetitions, _STARTS_AT_MOST)
 
@@ -97,6 +101,7 @@ SUITES: Final = {
     "long": Suite(("long",), (), lambda _: 3, _long),
     "seeds": Suite(("seeds",), (), lambda order: order.repetitions, _seeds),
     "fleets": Suite(("fleets", "cores"), (), lambda _: 3, _fleets),
+    "described": Suite(("described",), (), lambda order: order.repetitions + 1, _described),
     "peers": Suite(
         ("crosscheck", "peers"),
         (),

@@ -13,3 +13,5 @@ MODULES: Final = ("numpy", "brian2", "nest")
 """What an environment of the peers must be able to import."""
 INSTALL: Final = f"python3 -m venv .peers && .peers/bin/pip install -r {REQUIREMENTS}"
 """The line that makes one."""
+PYTHON: Final = Path(__file__).parents[2] / ".peers" / "bin" / "python"
+"""Its interpreter, if it was made in the checkout."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import crosscheck, peers_race, workload
+from benchmarks import crosscheck, described, peers_race, workload
 from benchmarks.crosscheck import Check, Train, prepare, read_train, require_same
 from benchmarks.peer_job import write_job
 from benchmarks.peers import REQUIREMENTS, WORKER
@@ -127,3 +127,15 @@ def test_a_peer_that_fails_or_hangs_is_reported_in_a_sentence(tmp_path, monkeypa
     monkeypatch.setattr(peers_race, "_LONGEST_S", 0.05)
     with pytest.raises(SclaError, match="the peer numpy has not ended"):
         peers_race.run_to_the_end(python, "numpy", job, result)
+
+
+def test_a_network_by_description_is_judged_by_brian2_of_the_same_run_or_the_row_says_that_there_is_none():
+    cost = dict(zip((described._PAPERS, described._DESCRIBED, described._GROWN), (2.0, 9.0, 99.0), strict=True))
+    absent = described.sheet(cost).rows
+    assert [row[1:] for row in absent[:3]] == [
+        ("2.00", "1.0", ""),
+        ("9.00", "4.5", ""),
+        ("99.00", "49.5", "11.0 x by description, ≤ 12 met"),
+    ]
+    assert absent[3][3].startswith("not installed: python3 -m venv .peers")
+    assert described.sheet({**cost, described._BRIAN2: 30.0}).rows[1][3] == "0.30 x Brian2, ≤ 0.2 missed"

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 import scla_mj
-from benchmarks.peers import INSTALL
+from benchmarks.peers import INSTALL, PYTHON
 from scla_mj.cli.main import main
 
 ROOT = Path(__file__).parents[2]
-PYTHON = ROOT / ".peers" / "bin" / "python"
 
 
 @pytest.mark.parametrize("simulator", ["brian2", "nest"])
