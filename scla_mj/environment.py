@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any, Final
+
+from scla_mj.errors import SclaError
 
 _DECIDING: Final = (
     "ARROW_",
@@ -37,6 +40,16 @@ def hide_all() -> None:
     for name in _found(_DECIDING):
         if not name.startswith(_OF_THE_USER):
             del os.environ[name]
+
+
+def require_display(what: str, instead: str = "") -> None:
+    """Refuse `what` opens a window where there is none; `instead` is what to do.
+
+    Raises:
+        SclaError: there is no display.
+    """
+    if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")):
+        raise SclaError(f"{what} needs a display, and there is none{instead and f': {instead}'}")
 
 
 @contextlib.contextmanager

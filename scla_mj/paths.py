@@ -21,6 +21,8 @@ FIGURES: Final = (LEARNING_PNG, WEIGHTS_PNG, POLICY_PNG)
 RECORDING_RRD: Final = "recording.rrd"
 SEAL_JSON: Final = "seal.json"
 LOCK: Final = ".lock"
+WATCHED: Final = ".watched"
+"""Touched by a viewer that follows the run."""
 
 _PART_PATTERN: Final = re.compile(r"recording(?:-([1-9]\d*))?\.rrd")
 

@@ -18,6 +18,7 @@ from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
 from scla_mj.cli.sweep import Sweep
+from scla_mj.cli.view import View
 from scla_mj.collector import collect_rarely
 from scla_mj.engine.interrupts import HANGUP, Terminated
 from scla_mj.errors import SclaError
@@ -26,6 +27,7 @@ COMMANDS: Final = {
     "rollout": Rollout,
     "resume": Resume,
     "inspect": Inspect,
+    "view": View,
     "figures": Figures,
     "export": Export,
     "reproduce": Reproduce,

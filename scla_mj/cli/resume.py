@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro.conf
 
-from scla_mj.cli.run_command import carry_out
+from scla_mj.cli.run_command import Live, carry_out
 from scla_mj.config import CHECKPOINT_PERIOD_S
+
+if TYPE_CHECKING:
+    from scla_mj.runs.summary import Summary
 
 
 @dataclass(frozen=True)
@@ -23,11 +26,17 @@ class Resume:
     checkpoint_period_s: float = CHECKPOINT_PERIOD_S
     """Wall time between two checkpoints."""
 
+    live: Annotated[Live, tyro.conf.arg(name="")] = field(default_factory=Live)
+
     def run(self) -> int:
         """Resume the run; return the exit code."""
         from scla_mj.engine.resume import resume
         from scla_mj.runs.folder import open_run
 
         config = open_run(self.path).config
-        carry_out(self.path, config, self.checkpoint_period_s, lambda **how: resume(self.path, brain=self.brain, **how))
+
+        def run(**how: Any) -> Summary:
+            return resume(self.path, brain=self.brain, **how)
+
+        carry_out(self.path, config, self.checkpoint_period_s, self.live, run)
         return 0

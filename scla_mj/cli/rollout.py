@@ -7,16 +7,19 @@ import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import tyro.conf
 
 from scla_mj.checked_path import checked_path
-from scla_mj.cli.run_command import carry_out
+from scla_mj.cli.run_command import Live, carry_out
 from scla_mj.cli.words import HELP, value_of
 from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig, option_of
 from scla_mj.disturbances import DisturbanceSet, figures_of
 from scla_mj.errors import SclaError
+
+if TYPE_CHECKING:
+    from scla_mj.runs.summary import Summary
 
 _OWN: Final = "--brain."
 
@@ -38,6 +41,7 @@ class Rollout:
     """Sets of disturbances to drive under: shorthand for --disturbance.* (docs/disturbance.md)."""
     checkpoint_period_s: float = CHECKPOINT_PERIOD_S
     """Wall time between two checkpoints, from which `scla-mj resume RUN` continues; it changes no bit of the run."""
+    live: Annotated[Live, tyro.conf.arg(name="")] = field(default_factory=Live)
 
     @classmethod
     def start(cls, words: Sequence[str]) -> tuple[type[Rollout], Rollout]:
@@ -81,9 +85,10 @@ class Rollout:
         """Run the rollout; return the exit code."""
         from scla_mj.engine.rollout import rollout
 
-        carry_out(
-            self.path, self.config, self.checkpoint_period_s, lambda **how: rollout(self.config, self.path, **how)
-        )
+        def run(**how: Any) -> Summary:
+            return rollout(self.config, self.path, **how)
+
+        carry_out(self.path, self.config, self.checkpoint_period_s, self.live, run)
         return 0
 
 

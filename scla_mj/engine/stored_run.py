@@ -65,7 +65,7 @@ class StoredRun:
     @property
     def lacks(self) -> tuple[str, ...]:
         """What cannot be read from this run, each by the name of its attribute."""
-        recorded = bool(self._recordings)
+        recorded = bool(paths.recordings(self.path))
         there = {
             "summary": self._has(paths.SUMMARY_JSON),
             "decisions": self._has(paths.DECISIONS_PARQUET) or self._has(paths.DECISIONS_PARTIAL),
@@ -152,25 +152,28 @@ class StoredRun:
 
         return inspect_run(self.path)
 
-    @property
-    def _recordings(self) -> list[Path]:
-        return paths.recordings(self.path)
-
     def _has(self, name: str) -> bool:
         return (self.path / name).exists()
 
-    def _recorded(self) -> list[Path]:
-        if not self._recordings:
+    @property
+    def recordings(self) -> list[Path]:
+        """The files of the recording, in their order: a resumed run has several.
+
+        Raises:
+            SclaError: there is none.
+        """
+        parts = paths.recordings(self.path)
+        if not parts:
             if self.config.telemetry != "off":
                 raise SclaError(f"{self.path / paths.RECORDING_RRD} is missing: fetch a sound copy of the run")
             raise SclaError(
                 f"{self.path} has no recording (--telemetry off): "
                 "run the same configuration with telemetry light or full"
             )
-        return self._recordings
+        return parts
 
     def _read_recording(self, read: Callable[[list[Path], int | None], _Read], decision: int | None) -> _Read:
-        parts = self._recorded()
+        parts = self.recordings
         try:
             return read(parts, None if decision is None else self._number(decision))
         except SclaError:
@@ -198,11 +201,11 @@ class StoredRun:
         if state is not None:
             history = state["account"]["history"]
             return WeightCurve(history["decision"], history["time_s"], history["mean_weights"])
-        if not self._recordings:
+        if not paths.recordings(self.path):
             self._require(paths.BRAIN_NPZ, "a history of weights")
         from scla_mj.telemetry.reading.series import weight_curve
 
-        return weight_curve(self._recordings)
+        return weight_curve(self.recordings)
 
 
 def load_run(path: Path | str) -> StoredRun:

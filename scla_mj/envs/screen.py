@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import threading
 import time
 from typing import Any, Final
@@ -12,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.errors import SclaError
+from scla_mj.environment import require_display
 from scla_mj.world import names
 from scla_mj.world.world import World
 
@@ -30,10 +28,7 @@ class Window:
 
     def __init__(self, world: World, camera: str, period_s: float) -> None:
         # MuJoCo's viewer would end the process without one.
-        if sys.platform.startswith("linux") and not any(
-            os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
-        ):
-            raise SclaError('render_mode "human" needs a display, and there is none: choose "rgb_array"')
+        require_display('render_mode "human"', 'choose "rgb_array"')
         from mujoco import viewer
 
         self._stride = max(1, round(_FRAME_S / period_s))

@@ -20,6 +20,7 @@ from scla_mj.telemetry import names
 from scla_mj.telemetry.dashboard import build_dashboard
 from scla_mj.telemetry.growable_array import GrowableArray
 from scla_mj.telemetry.growth import Growth
+from scla_mj.telemetry.viewer import Watched
 from scla_mj.telemetry.views import VIEWS
 from scla_mj.telemetry.views.base import DECISION, EpochCount, RecordedRun, View, end_time_s, set_time
 from scla_mj.telemetry.views.learned import is_remembered
@@ -80,7 +81,7 @@ class RerunRecorder:
         self._decisions = GrowableArray(DECISION)
         self._decision, self._end_s = first_decision - 1, 0.0
         self._growth, self._earlier = Growth(self._path), list[dict[str, Any]]()
-        self._closed = False
+        self._watched, self._closed = Watched(self._path.parent), False
 
     def wants_memory(self, record: DecisionRecord) -> bool:
         """Return whether the brain's memory after this decision, the next one to be written, is to be recorded."""
@@ -109,6 +110,9 @@ class RerunRecorder:
         waiting = len(self._decisions)
         if waiting >= _DECISIONS_A_FLUSH or (waiting % 10 == 0 and self._waiting_bytes() >= _BYTES_A_FLUSH):
             self._send()
+        elif self._watched.wants_more():
+            self._send()
+            self._flush()
 
     def end_epoch(self, *, hits: int, decisions: int) -> None:
         """Record what the epoch of the last decision earned: `hits` in all its `decisions`."""

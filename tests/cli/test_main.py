@@ -97,7 +97,7 @@ def test_the_end_of_a_rollout_reads_well_at_80_columns_whatever_its_folder_is_ca
     assert main(["rollout", str(run), "--epochs", "1", "--decisions", "2", "--brain", "random"]) == 0
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
     assert f"The run:  {run}" in lines
-    assert f"Open the recording:  rerun '{run / 'recording.rrd'}'" in lines
+    assert f"Look at it:  scla-mj view '{run}'" in lines
     assert lines[:2] == [
         "any-start, 5x5, target (3, 3), seed 0",
         "ceiling 400.00, chance 31.58 hits per 1000 decisions",
@@ -128,7 +128,7 @@ def test_a_rollout_ends_with_a_table_its_files_and_the_line_that_opens_the_recor
     run = tmp_path / "run"
     assert main(["rollout", str(run), "--epochs", "2", "--decisions", "30", "--seed", "7"]) == 0
     printed = capsys.readouterr().out
-    assert re.search(r"rerun \S*recording\.rrd", printed)
+    assert re.search(r"scla-mj view \S+", printed)
     hits = [epoch["hits"] for epoch in json.loads((run / "summary.json").read_text())["epochs"]]
     table = read_decisions(run)
     assert table.num_rows == 60

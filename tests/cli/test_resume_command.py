@@ -34,7 +34,8 @@ def test_a_run_killed_outright_is_resumed_bit_identically(tmp_path, capsys):
     assert f"scla-mj resume {killed} continues it" in capsys.readouterr().out
     assert main(["resume", str(killed)]) == 0
     printed = capsys.readouterr().out
-    assert re.search(r"rerun \S*recording\.rrd \S*recording-2\.rrd", printed)
+    assert f"scla-mj view {killed}" in printed
+    assert (killed / "recording-2.rrd").exists()
     assert main(["inspect", str(killed)]) == 0
     assert "sound, complete: 2 epochs" in capsys.readouterr().out
     assert main(["rollout", str(whole), *OPTIONS]) == 0

@@ -6,7 +6,6 @@ import contextlib
 import functools
 import os
 import shutil
-import struct
 import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
@@ -20,12 +19,10 @@ from numpy.typing import NDArray
 
 from scla_mj.errors import SclaError
 from scla_mj.telemetry import names
+from scla_mj.telemetry.reading.frames import whole_bytes
 from scla_mj.telemetry.reading.probe import survives_decoding
 
-# Rerun 0.41's file: a header, then frames of kind and length (both uint64) and that many bytes.
 _MAGIC: Final = b"RRF2"
-_HEADER_BYTES: Final = 12
-_FRAME: Final = struct.Struct("<QQ")
 _FOOTER_MAGIC: Final = b"FOOT"
 _FOOTER_BYTES: Final = 8
 
@@ -181,7 +178,8 @@ def _check_header(path: Path) -> bool:
 @contextlib.contextmanager
 def _without_the_cut(path: Path) -> Iterator[Path]:
     """Give a file that ends with a whole frame: of one cut within, which Rerun refuses, a copy without the rest."""
-    whole = _whole_frames_bytes(path)
+    with path.open("rb") as file:
+        whole = whole_bytes(file)
     if whole == path.stat().st_size:
         yield path
         return
@@ -196,19 +194,6 @@ def _without_the_cut(path: Path) -> Iterator[Path]:
                 "name a folder with room for it in TMPDIR"
             ) from error
         yield copy
-
-
-def _whole_frames_bytes(path: Path) -> int:
-    """Return where the last complete frame ends."""
-    size, position = path.stat().st_size, _HEADER_BYTES
-    with path.open("rb") as file:
-        while position + _FRAME.size <= size:
-            file.seek(position)
-            _, length = _FRAME.unpack(file.read(_FRAME.size))
-            if position + _FRAME.size + length > size:
-                break
-            position += _FRAME.size + length
-    return min(position, size)
 
 
 def _quietly(call: Any, *arguments: Any) -> Any:

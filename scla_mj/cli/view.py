@@ -1,0 +1,51 @@
+"""`scla-mj view RUN`: a stored run, or one in progress, in Rerun's viewer."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro.conf
+
+from scla_mj.engine.interrupts import terminable
+from scla_mj.errors import SclaError
+
+
+@dataclass(frozen=True)
+class View:
+    """Open a run in Rerun's viewer, all parts of its recording (docs/viewing.md); ends when the viewer is closed."""
+
+    path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """A run folder that `scla-mj rollout` wrote."""
+    follow: bool = False
+    """Keep up with a run in progress, a second or two behind it."""
+
+    @terminable()
+    def run(self) -> int:
+        """Open the viewer; return the exit code.
+
+        Raises:
+            SclaError: there is no run, recording or display, the viewer fails, or a run in progress is not to be
+                followed.
+        """
+        from scla_mj.engine.lock import is_in_use
+        from scla_mj.engine.stored_run import load_run
+        from scla_mj.telemetry.viewer import follow, open_files
+
+        run, in_progress = load_run(self.path), is_in_use(self.path)
+        if in_progress and not self.follow:
+            keep_up = f"scla-mj view {shlex.quote(str(self.path))} --follow"
+            raise SclaError(f"{self.path} is in progress: `{keep_up}` shows it as it goes")
+        if not in_progress or run.config.telemetry == "off":
+            parts = run.recordings
+        if run.is_complete and not in_progress:
+            code = open_files(parts)
+        else:  # Rerun opens a file that has no end yet, but follows only its standard input
+            code = follow(run.path, lambda: not is_in_use(run.path))
+        if code:
+            raise SclaError(
+                f"Rerun's viewer ended with exit code {code}: `rerun` alone shows whether it starts here"
+            )
+        return 0

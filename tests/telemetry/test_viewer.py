@@ -1,0 +1,102 @@
+"""A viewer follows a run by its files: it gets all of them, whole frames only, and the run does nothing but write."""
+
+import io
+import os
+import threading
+import warnings
+
+import pytest
+import rerun as rr
+
+from scla_mj import RunConfig, resume, rollout
+from scla_mj.paths import WATCHED, recordings
+from scla_mj.telemetry import viewer
+from scla_mj.telemetry.names import HIT
+
+
+def hits_of(file):
+    """The decisions whose hit a file holds, in their order, as Rerun's own reader finds them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the file has no end yet
+        chunks = rr.chunk.RrdReader(file).stream().filter(content=f"/{HIT}", is_static=False)
+        return [row for chunk in chunks for row in chunk.to_record_batch().column("decision").to_pylist()]
+
+
+@pytest.fixture(scope="module")
+def in_two_parts(tmp_path_factory):
+    """A run that was stopped at decision 25 of 60 and resumed; the first part's last frame is cut short."""
+    folder = tmp_path_factory.mktemp("viewer") / "run"
+
+    def stop(record, account):
+        if account.decisions == 25:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        rollout(RunConfig(brain="dyna-q", epochs=2, decisions=30), folder, watch=stop)
+    resume(folder)
+    first, _ = recordings(folder)
+    with first.open("ab") as file:
+        file.write(b"\x02" + bytes(7) + b"\xff" * 8 + b"cut short")
+    return folder
+
+
+def test_a_viewer_gets_every_decision_of_every_part_once_and_nothing_that_is_not_whole(in_two_parts, tmp_path):
+    stream = io.BytesIO()
+    viewer.feed(in_two_parts, stream, lambda: True)
+    seen = tmp_path / "seen.rrd"
+    seen.write_bytes(stream.getvalue())
+    assert sorted(hits_of(seen)) == list(range(1, 61))
+    assert seen.read_bytes().count(b"RRF2") == 1
+    assert not (in_two_parts / WATCHED).exists()
+
+
+def test_a_viewer_gets_what_a_growing_file_has_whole_and_the_rest_when_it_is_there(in_two_parts, tmp_path):
+    whole = recordings(in_two_parts)[1].read_bytes()
+    growing, stream = tmp_path / "recording.rrd", io.BytesIO()
+    lengths = iter([0, 5, 12, 20, 5000, 5003, len(whole) // 2, len(whole)])
+
+    def grow():
+        length = next(lengths)
+        growing.write_bytes(whole[:length])
+        return length == len(whole)
+
+    viewer.feed(tmp_path, stream, grow)
+    assert whole.startswith(stream.getvalue())
+    seen = tmp_path / "seen.rrd"
+    seen.write_bytes(stream.getvalue())
+    assert hits_of(seen) == list(range(26, 61))
+
+
+def test_a_viewer_that_is_closed_ends_its_feed_and_one_that_takes_nothing_holds_up_nobody_else(in_two_parts):
+    reading, writing = os.pipe()
+    with os.fdopen(writing, "wb") as sink:
+        feed = threading.Thread(target=viewer.feed, args=(in_two_parts, sink, lambda: False))
+        feed.start()
+        feed.join(0.3)
+        assert feed.is_alive()  # it waits for the viewer, or for more
+        os.close(reading)
+        feed.join(10)
+        assert not feed.is_alive()
+
+
+def test_a_followed_run_writes_every_second_the_rows_that_one_that_nobody_follows_writes_at_its_end(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(viewer, "_WRITE_EVERY_S", 0.0)
+    config, sizes = RunConfig(brain="dyna-q", epochs=1, decisions=100), {}
+
+    def run(name, *, followed):
+        folder = tmp_path / name
+
+        def watch(record, account):
+            if followed:
+                (folder / WATCHED).touch()
+            if record.decision == 99:
+                sizes[name] = len(hits_of(folder / "recording.rrd"))
+
+        rollout(config, folder, watch=watch, pictures=False)
+        return hits_of(folder / "recording.rrd"), (folder / "decisions.parquet").read_bytes()
+
+    seen = run("followed", followed=True)
+    assert seen == run("alone", followed=False)
+    assert sizes["alone"] == 0 < sizes["followed"] <= 99
