@@ -45,7 +45,5 @@ class View:
         else:  # Rerun opens a file that has no end yet, but follows only its standard input
             code = follow(run.path, lambda: not is_in_use(run.path))
         if code:
-            raise SclaError(
-                f"Rerun's viewer ended with exit code {code}: `rerun` alone shows whether it starts here"
-            )
+            raise SclaError(f"Rerun's viewer ended with exit code {code}: `rerun` alone shows whether it starts here")
         return 0
