@@ -1,5 +1,6 @@
 """The Python interface: light to import, complete, and exactly what its page shows."""
 
+import json
 import re
 import subprocess
 import sys
@@ -11,13 +12,13 @@ import pytest
 import scla_mj
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = [DOCS / "python.md", DOCS / "environments.md", DOCS / "network.md", DOCS.parent / "README.md"]
+PAGES = [DOCS / name for name in ("quickstart.md", "python.md", "environments.md", "network.md", "../README.md")]
 IMPORT_S = 0.05
 
 
 def blocks(page: Path) -> list[str]:
     """Return a page's Python, one program per heading: the blocks under it belong together."""
-    programs = ["\n".join(re.findall(r"```python\n(.*?)```", part, re.DOTALL))
+    programs = ["\n".join(re.findall(r"(?<!-->\n)```python\n(.*?)```", part, re.DOTALL))
                 for part in page.read_text(encoding="utf-8").split("\n## ")]  # fmt: skip
     return [program for program in programs if program]
 
@@ -34,6 +35,18 @@ def test_every_program_of_the_page_runs(page, number, tmp_path, monkeypatch):
     program = types.ModuleType("__main__")  # where a brain of the program's own is found
     monkeypatch.setitem(sys.modules, "__main__", program)
     exec(compile(blocks(page)[number], f"{page.name}, program {number + 1}", "exec"), program.__dict__)
+
+
+def test_the_notebook_runs(monkeypatch):
+    import matplotlib.pyplot as plt
+
+    notebook = json.loads((DOCS / "first-brain.ipynb").read_text(encoding="utf-8"))
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    program = types.ModuleType("__main__")
+    monkeypatch.setitem(sys.modules, "__main__", program)
+    exec(compile("\n".join(cells).replace("DECISIONS = 600", "DECISIONS = 60"), "notebook", "exec"), program.__dict__)
+    assert plt.gcf().axes
+    plt.close("all")
 
 
 def test_importing_the_package_imports_nothing_heavy_and_takes_no_time():
