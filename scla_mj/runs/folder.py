@@ -35,7 +35,7 @@ RUN_FILES: Final = (
     paths.RECORDING_RRD,
     paths.SEAL_JSON,
 )
-PACKAGES: Final = ("mujoco", "dm-control", "numpy", "numba", "rerun-sdk", "pyarrow")
+PACKAGES: Final = ("mujoco", "numpy", "numba", "rerun-sdk", "pyarrow")
 MAKERS: Final = ("scla-mj", *PACKAGES)
 """A run's bits depend on the versions of these; the others are recorded for information."""
 
