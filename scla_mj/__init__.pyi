@@ -1,3 +1,4 @@
+from . import envs as envs
 from .anatomy import PAPER_ANATOMY as PAPER_ANATOMY
 from .anatomy import POPULATION_NAMES as POPULATION_NAMES
 from .anatomy import PROJECTION_NAMES as PROJECTION_NAMES
