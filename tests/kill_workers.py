@@ -99,7 +99,7 @@ def identities(out: Path) -> dict[Path, str]:
     return found
 
 
-def kill_workers(out: Path, process: subprocess.Popen[str], kills: int) -> dict[Path, str]:
+def kill_workers(out: Path, process: subprocess.Popen[str], kills: int, workers: int) -> dict[Path, str]:
     """Kill a worker in mid-run, that many times; return the runs that were then in the middle."""
     seen: dict[Path, str] = {}
     killed: set[int] = set()
@@ -107,7 +107,7 @@ def kill_workers(out: Path, process: subprocess.Popen[str], kills: int) -> dict[
         time.sleep(0.05)
         alive = [pid for pid in workers_of(process) if pid not in killed]
         middle = identities(out)
-        if len(alive) < 2 or not middle:  # the last one killed has not been replaced yet
+        if len(alive) < workers or not middle:  # the last one killed has not been replaced yet
             continue
         victim = alive[len(killed) % len(alive)]
         os.kill(victim, signal.SIGKILL)
@@ -126,10 +126,10 @@ def swept(out: Path, words: list[str], expected: Digests) -> None:
     assert (out / "sweep.parquet").exists() and (out / "sweep.png").exists()
 
 
-def try_kills(out: Path, words: list[str], kills: int, expected: Digests) -> None:
+def try_kills(out: Path, words: list[str], kills: int, expected: Digests, *, workers: int = 2) -> None:
     """Kill workers of a sweep on this machine; it ends by itself with everything done."""
-    with started(*COMMAND, str(out), *words, "--workers", "2") as process:
-        seen = kill_workers(out, process, kills)
+    with started(*COMMAND, str(out), *words, "--workers", str(workers)) as process:
+        seen = kill_workers(out, process, kills, workers)
         _, said = process.communicate(timeout=LIMIT_S)
     assert process.returncode == 0, said[-2000:]
     assert digests(out) == expected

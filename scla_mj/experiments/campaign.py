@@ -57,7 +57,10 @@ def campaign(
         refusals = run(jobs, lambda job: watch(next(finished), len(jobs), job))
         if not is_still(out, place):
             raise SclaError(f"{out} was moved or removed while its runs were made: start again with where it is now")
-        written = write()
+        try:
+            written = write()
+        except SclaError as error:
+            raise (refusals or [error])[0] from error  # why there is nothing to write, if that is known
     if refusals:
         raise SclaError(
             f"{len(refusals)} of {len(jobs)} runs are not complete, and {written} leaves them out: {refusals[0]}"

@@ -4,17 +4,24 @@ import dataclasses
 import os
 import socket
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
 
 import kill_workers
 import pyarrow.parquet as pq
 import pytest
+from distributed import WorkerPlugin
 
 from scla_mj.cli.main import main
-from scla_mj.config import RunConfig
+from scla_mj.engine.lock import running
 from scla_mj.engine.rollout import rollout
+from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
+from scla_mj.experiments.campaign import run_folder
 from scla_mj.experiments.sweeps.gather import write_table
 from scla_mj.experiments.sweeps.plan import Plan, configurations, grouped, read_plan
+from scla_mj.experiments.sweeps.sweep import sweep
 
 TINY = {("epochs",): [3], ("decisions",): [12]}
 
@@ -148,12 +155,67 @@ def test_the_table_has_a_row_for_every_configuration_with_intervals_over_its_see
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.fixture
+def threads(monkeypatch):
+    """Sweeps on threads of this process, which start at once."""
+    from distributed import LocalCluster
+
+    from scla_mj.experiments.sweeps import cluster
+
+    how = {
+        "processes": False,
+        "threads_per_worker": 1,
+        "dashboard_address": "127.0.0.1:0",
+        "host": "127.0.0.1",
+        "protocol": "tcp://",
+    }
+    monkeypatch.setattr(cluster, "_local", lambda workers: LocalCluster(n_workers=workers, **how))
+    monkeypatch.setattr(cluster, "_IgnoringTheTerminal", WorkerPlugin)
+    return cluster
+
+
+def test_a_run_in_use_is_waited_for_and_a_damaged_one_told_while_all_others_are_made(tmp_path, caplog, threads):
+    configs = configurations(Plan(), TINY | {("brain",): ["random"]}, seeds=4)
+    (experiment,) = grouped(configs)
+    used, damaged, *_ = (run_folder(tmp_path, experiment, seed) for seed in experiment.seeds)
+    used.mkdir(parents=True)
+    damaged.mkdir()
+    (damaged / "config.json").write_text("{")
+    held, done = Event(), []
+
+    def hold():
+        with running(used):
+            held.set()
+            end = time.monotonic() + 60.0
+            while len(done) < 2 and time.monotonic() < end:
+                time.sleep(0.05)
+
+    with ThreadPoolExecutor(1) as other:
+        holding = other.submit(hold)
+        held.wait()
+        with caplog.at_level("INFO", "scla_mj"), pytest.raises(SclaError) as refused:
+            sweep(configs, tmp_path, workers=2, watch=lambda count, total, job: done.extend([job] if job else []))
+        holding.result()
+    assert "1 of 4 runs are not complete" in str(refused.value) and "config.json is damaged" in str(refused.value)
+    assert [job.folder for job in done][-1] == used, "those that are free come first"
+    assert caplog.text.count(f"another process is making {used}") == 1
+    row = pq.read_table(tmp_path / "sweep.parquet").to_pylist()[0]
+    assert (row["seeds"], row["missing_seeds"]) == ([0, 2, 3], [1])
+
+
+def test_workers_with_other_versions_are_refused(tmp_path, monkeypatch, threads):
+    mine = threads._versions()
+    monkeypatch.setattr(threads, "_versions", iter([mine | {"mujoco": "1.0"}, *[mine] * 9]).__next__)
+    with pytest.raises(SclaError, match=rf"a worker has mujoco {mine['mujoco']} \(here 1\.0\)"):
+        sweep(configurations(Plan(), TINY, seeds=1), tmp_path, workers=1)
+    assert not list(tmp_path.glob("runs/*/*/seal.json"))
+
+
 @pytest.mark.skipif(not os.path.exists("/proc/self/task"), reason="processes are looked up in /proc")  # noqa: PTH110
-def test_a_sweep_whose_worker_is_killed_has_the_bits_of_runs_made_one_by_one(tmp_path, capsys):
-    expected = kill_workers.one_by_one(tmp_path / "one-by-one", 1, 700)
-    words = kill_workers.options(1, 700)
-    kill_workers.try_kills(tmp_path / "out", words, 1, expected)
+def test_a_sweep_whose_worker_is_killed_has_the_bits_of_runs_made_one_by_one(tmp_path):
+    expected = kill_workers.one_by_one(tmp_path / "one-by-one", 1, 500)
+    words = kill_workers.options(1, 500)
+    kill_workers.try_kills(tmp_path / "out", words, 1, expected, workers=1)
     before = (tmp_path / "out" / "sweep.parquet").read_bytes()
     assert main(["sweep", str(tmp_path / "out"), *words]) == 0  # needs no worker
     assert (tmp_path / "out" / "sweep.parquet").read_bytes() == before
-    assert RunConfig().brain not in capsys.readouterr().out

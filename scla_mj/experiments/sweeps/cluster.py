@@ -54,7 +54,7 @@ def run_jobs(
     """
     if not jobs:
         return []
-    refusals: list[SclaError] = []
+    refusals, waited = list[SclaError](), set[Path]()
     with _client(scheduler, min(workers, len(jobs))) as client:
         pending: dict[Future, Job] = {}
 
@@ -69,6 +69,9 @@ def run_jobs(
             job = pending.pop(future)
             error = None if future.status == "finished" else _error(future, job)
             if isinstance(error, InUseError):
+                if job.folder not in waited:
+                    _LOG.info("another process is making %s: waiting for it", job.folder)
+                waited.add(job.folder)
                 finished.add(ask(job, later=asked + 1))
             elif error is not None:
                 refusals.append(error)
