@@ -44,6 +44,7 @@ RUN_BY = {
     "own-brain.md": "tests/brain/test_brains.py",
     "python.md": "tests/test_api.py",
     "quickstart.md": "tests/test_api.py",
+    "sweeps.md": "tests/experiments/test_sweeps.py",
 }
 """Where the programs of each page are run."""
 

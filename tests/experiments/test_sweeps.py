@@ -2,10 +2,12 @@
 
 import dataclasses
 import os
+import re
 import socket
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from threading import Event
 
 import kill_workers
@@ -209,6 +211,26 @@ def test_workers_with_other_versions_are_refused(tmp_path, monkeypatch, threads)
     with pytest.raises(SclaError, match=rf"a worker has mujoco {mine['mujoco']} \(here 1\.0\)"):
         sweep(configurations(Plan(), TINY, seeds=1), tmp_path, workers=1)
     assert not list(tmp_path.glob("runs/*/*/seal.json"))
+
+
+def test_the_page_does_what_it_says(tmp_path, monkeypatch, threads, capsys):
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).parents[2] / "docs/sweeps.md").read_text(encoding="utf-8")
+    page = page.replace("--seeds 5 --epochs 3 --decisions 500", "--seeds 2 --epochs 1 --decisions 5")
+    (command,) = re.findall(r"^    scla-mj (sweep runs/rates .*)$", page, re.MULTILINE)
+    plan, (table, many) = (
+        re.findall(r"```toml\n(.*?)```", page, re.DOTALL),
+        re.findall(r"```python\n(.*?)```", page, re.DOTALL),
+    )
+    assert main(command.split()) == 0
+    said = capsys.readouterr().out
+    assert "".join(f"    {line}\n" for line in said.splitlines()) in page
+    exec(table)
+    assert len(capsys.readouterr().out.splitlines()) == 1 + 4
+    exec(many.replace("decisions=200", "decisions=5"), {"__name__": "__main__"})
+    assert capsys.readouterr().out == "runs/epsilon/sweep.parquet\n"
+    assert main(["sweep", "runs/planned", "--plan", str(written(tmp_path, *plan)), "--list"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "6 configurations, 60 runs"
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/task"), reason="processes are looked up in /proc")  # noqa: PTH110
