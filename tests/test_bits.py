@@ -48,7 +48,8 @@ def of_part(runs, part):
 
 
 @pytest.mark.skipif(
-    COMMITTED is None or COMMITTED["versions"] != bits.versions(), reason="bits are committed for other versions"
+    COMMITTED is None or not bits.versions().items() <= COMMITTED["versions"].items(),
+    reason="bits are committed for other versions",
 )
 @pytest.mark.parametrize("part", ["decided", "memory", "measured"])
 def test_short_runs_give_the_committed_bits(found, part):
