@@ -7,7 +7,7 @@ import scla_mj
 
 project, author, version = "scla_mj", "the scla_mj authors", scla_mj.__version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
-exclude_patterns = ["results/ladder.md"]  # a part of the report
+exclude_patterns = ["results/ladder.md", "learners/*.md"]  # parts of other pages
 nb_execution_mode = "off"  # as it was stored
 html_theme = "furo"
 html_title = f"scla_mj {version}"

@@ -1,8 +1,8 @@
 """Stable-Baselines3's DQN and PPO learn to drive the robot, with settings that suit some thousand moves.
 
-    pip install "scla-mj[sb3]" && python examples/stable_baselines.py
+    pip install -e ".[sb3]" && python examples/stable_baselines.py
 
-On Linux, pip's torch brings gigabytes for GPUs; one for CPUs, installed before, does as well (docs/environments.md).
+From nothing, with a torch that is small: docs/environments.md, "Stable-Baselines3".
 """
 
 import gymnasium as gym

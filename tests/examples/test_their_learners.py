@@ -35,6 +35,9 @@ def test_a_table_in_thirty_lines_drives_shortest_paths_in_its_second_thousand():
 @pytest.mark.parametrize("algorithm", ["dqn", "ppo"])
 def test_stable_baselines_learns_with_our_settings_the_same_from_the_same_seed_and_not_with_its_own(algorithm):
     pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.env_checker import check_env
+
+    check_env(twin())
     module = example("stable_baselines")
     earned = []
     for settings in (module.TUNED[algorithm], module.TUNED[algorithm], {}):

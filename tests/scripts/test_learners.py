@@ -60,3 +60,8 @@ def test_a_package_that_is_missing_is_named_with_the_remedy(learners, tmp_path, 
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     with pytest.raises(SclaError, match=r"DQN needs stable_baselines3, .*run pip install 'scla-mj\[sb3\]'"):
         learners.main(learners.Options(tmp_path, learners=("dqn",)))
+
+
+def test_the_pages_have_the_tables_of_the_committed_curves(learners):
+    for path, text in learners.texts(ROOT).items():
+        assert path.read_text(encoding="utf-8") == text, f"{path} is out of step: scripts/learners.py OUT --take"
