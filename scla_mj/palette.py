@@ -54,14 +54,17 @@ _SHADES: Final[dict[str, tuple[RGB, float]]] = {MOTOR_ROLE: ((255,) * 3, 0.35), 
 
 
 def population_colours(populations: Sequence[Population]) -> dict[str, RGB]:
-    """Return each population's colour on the dashboard, by name: its own, or the next hue of those of its role.
+    """Return each population's colour on the dashboard, by name: its own, or the next hue.
 
-    So the paper's have the colour of their action: motor populations lighter, inhibitory ones darker.
+    Roles with as many populations as there are motor ones share their hues. So the paper's have the colour of their
+    action: motor populations lighter, inhibitory ones darker.
     """
     colours: dict[str, RGB] = {}
+    motors = sum(population.role == MOTOR_ROLE for population in populations)
+    others = itertools.cycle((*_HUES[motors:], *_HUES[:motors]))
     for role in {population.role: None for population in populations}:
         group = [population for population in populations if population.role == role]
-        for population, hue in zip(group, itertools.cycle(_HUES), strict=False):
+        for population, hue in zip(group, itertools.cycle(_HUES) if len(group) == motors else others, strict=False):
             towards, share = _SHADES.get(role, (hue, 0.0))
             colours[population.name] = rgb(population.colour) if population.colour else _blend(hue, towards, share)
     return colours

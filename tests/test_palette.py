@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from scla_mj.anatomy import PROJECTIONS
-from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR, rgb
+from scla_mj.anatomy import POPULATIONS, PROJECTIONS, stacked
+from scla_mj.palette import ACTION_COLOURS, PROJECTION_COLOURS, TARGET_COLOUR, population_colours, rgb
 
 WHITE, DARK = (255, 255, 255), (16, 18, 24)
 
@@ -55,3 +55,11 @@ def test_directions_are_told_apart_by_colour_blind_readers_too_and_kinds_by_dash
     for projection in PROJECTIONS:
         assert PROJECTION_COLOURS[projection.name] == by_direction[projection.sensor]
         assert projection.dashed != projection.agrees
+
+
+def test_the_papers_populations_have_their_actions_hues_and_another_brains_place_cells_that_of_no_action():
+    papers = population_colours(POPULATIONS)
+    assert tuple(papers[f"S{side}"] for side in "UDLR") == ACTION_COLOURS
+    motors = [(name, 1, "motor") for name in ("up", "down", "left", "right")]
+    own = population_colours(stacked(("place", 9, "sensory"), *motors, ("critic", 1, "critic")))
+    assert len({*own.values(), *ACTION_COLOURS}) == 10

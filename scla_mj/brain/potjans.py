@@ -162,8 +162,12 @@ class PotjansBrain(Brain):
         return self.network.activity(self._clock.thinking_steps, self._thinking_spikes, self._thinking_counts)
 
     def snapshot(self) -> Snapshot:
-        """Return copies of the weights, by projection."""
-        return Snapshot({p.name: self.network.weights(p.name) for p in self.network.description.plastic})
+        """Return copies of the weights, by projection, and the value of each cell: the critic's rate without noise."""
+        weights = {p.name: self.network.weights(p.name) for p in self.network.description.plastic}
+        per_ms = rate_hz(_STATE_DRIVE) / 1000.0
+        currents = weights[f"{STATE}to{CRITIC}"].mean(axis=1).reshape(*self._cells, -1).sum(axis=2) * per_ms
+        values = np.vectorize(rate_hz, otypes=[float])(currents) / self._settings.value_rate_hz
+        return Snapshot(weights, values=values)
 
     def state(self) -> dict[str, Any]:
         """Return the network's state and that of the generator for ties."""

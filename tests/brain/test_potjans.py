@@ -156,6 +156,11 @@ def test_it_learns_shortest_paths_from_the_reward_alone():
     assert nearer[:100].mean() < 0.7 and nearer[-200:].mean() > 0.9
 
 
+def test_its_snapshot_has_the_value_of_every_cell_which_begins_as_it_was_set():
+    brain, _ = built()
+    np.testing.assert_allclose(brain.snapshot().values, np.full((5, 5), 0.6), atol=0.01)
+
+
 def test_its_anatomy_is_that_of_its_network():
     brain, _ = built(state_neurons=3, critic_neurons=7)
     network, anatomy = brain.network, brain.anatomy

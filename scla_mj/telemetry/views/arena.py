@@ -70,7 +70,9 @@ class Arena(base.View):
         )
         panel = rrb.Spatial3DView(
             origin=f"/{names.WORLD}",
-            name=f"Arena: the last {_TRAIL_S:g} s, action probabilities" + (", worth of cells in green" * self._tinted),
+            name=f"Arena: the last {_TRAIL_S:g} s"
+            + ", action probabilities" * (self.run.memory.probabilities is not None)
+            + ", worth of cells in green" * self._tinted,
             line_grid=False,
             overrides={f"/{_TRAIL}": rrb.VisibleTimeRanges(base.last(_TRAIL_S))},
             eye_controls=eye,

@@ -98,9 +98,12 @@ class Raster(base.View):
         cover = rr.Transform3D(translation=[0.0, -beyond, 0.0], scale=[beyond, self._neurons + 2 * beyond, 1.0])
         self.stream.log(_MARGIN, cover, static=True)
         labelled = _labelled(self.run.populations, _LABEL_ROOM * self._neurons)
-        x = _LABELS_SHARE / 2 * self._shown_ms
+        x, room = _LABELS_SHARE / 2 * self._shown_ms, _LABEL_ROOM * self._neurons
+        places = [(group.start + group.stop) / 2 - _LABEL_RISE * self._neurons for group in labelled]
+        for above in reversed(range(len(places) - 1)):
+            places[above] = min(places[above], places[above + 1] - room)
         labels = rr.Points2D(
-            [(x, (group.start + group.stop) / 2 - _LABEL_RISE * self._neurons) for group in labelled],
+            [(x, y) for y in places],
             labels=[group.name for group in labelled],
             colors=[base.LABEL_COLOUR],
             radii=[rr.Radius.ui_points(0.0)],
