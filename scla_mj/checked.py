@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
+import hashlib
 import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from scla_mj.anatomy import POPULATION_NAMES, PROJECTION_NAMES
+from scla_mj.checked_path import checked_path
 from scla_mj.clock import Clock, resolve_clock
 from scla_mj.config import NetworkConfig, PlasticityConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
+from scla_mj.floor import floor_of, with_floor
 from scla_mj.grid import Cell, Grid
 from scla_mj.markov import ceiling_hits_per_1000, chance_hits_per_1000
+from scla_mj.paths import assets_folder, shipped_file
 from scla_mj.validation import shown, validated
 
 
@@ -57,7 +60,7 @@ class CheckedConfig:
     """
 
     def __init__(self, config: RunConfig) -> None:
-        self.config: Final = _validated(config)
+        self.config: Final = _with_files(_validated(config))
         self.clock: Final[Clock] = resolve_clock(self.config.clock)
         _check_weights(self.config)
         check_time_constants(self.config.plasticity, self.clock.neural_step_ms)
@@ -65,54 +68,69 @@ class CheckedConfig:
         _check_ranges(self.config)
         _check_epochs(self.config)
         _check_read(self.config)
-        self._first = _grid(self.config, self.config.grid.target)
-        self._later = self._after_jump()
+        self._stages: Final = self._schedule()
+        self._known: Final = dict[tuple[Callable[..., float], int], float]()
 
-    def has_jumped(self, epoch: int) -> bool:
-        """Return whether the target is elsewhere in that epoch than in the first; epochs count from 1."""
-        return 0 < self.config.task.jump_epoch <= epoch
+    def stage(self, epoch: int) -> int:
+        """Return how often the targets have moved by that epoch; epochs count from 1."""
+        return sum(begin <= epoch for begin, _ in self._stages) - 1
+
+    def jumps_in(self, epoch: int) -> bool:
+        """Return whether the targets move as that epoch begins."""
+        return any(begin == epoch for begin, _ in self.jumps)
+
+    @property
+    def jumps(self) -> tuple[tuple[int, Grid], ...]:
+        """Each epoch in which the targets move, and the arena from then on."""
+        return self._stages[1:]
+
+    @property
+    def grids(self) -> tuple[Grid, ...]:
+        """The arena at every stage: at first, and after each move of the targets."""
+        return tuple(grid for _, grid in self._stages)
 
     def has_crossed(self, epoch: int) -> bool:
         """Return whether every move goes the opposite way in that epoch."""
         return 0 < self.config.task.crossed_epoch <= epoch
 
     def grid(self, epoch: int = 1) -> Grid:
-        """Return the arena's cells, with the target where it is in that epoch."""
-        return self._later if self.has_jumped(epoch) else self._first
+        """Return the arena's cells, with the targets where they are in that epoch."""
+        return self._stages[self.stage(epoch)][1]
 
     def ceiling_hits_per_1000(self, epoch: int = 1) -> float:
         """Return what the best policy earns in that epoch: by search, or under action noise by value iteration."""
-        return self._ceilings[self.has_jumped(epoch)]
+        return self._earned(ceiling_hits_per_1000, self.stage(epoch))
 
     def chance_hits_per_1000(self, epoch: int = 1) -> float:
         """Return what a brain earns in that epoch that has learned nothing of what the protocol asks for."""
-        return self._chances[self.has_jumped(epoch)]
+        return self._earned(chance_hits_per_1000, self.stage(epoch))
 
-    @functools.cached_property
-    def _ceilings(self) -> tuple[float, float]:
-        return self._of_both_targets(ceiling_hits_per_1000)
+    def _earned(self, earned: Callable[..., float], stage: int) -> float:
+        if (earned, stage) not in self._known:
+            config = self.config
+            self._known[earned, stage] = earned(
+                self._stages[stage][1], config.protocol, action_noise=config.task.action_noise
+            )
+        return self._known[earned, stage]
 
-    @functools.cached_property
-    def _chances(self) -> tuple[float, float]:
-        return self._of_both_targets(chance_hits_per_1000)
-
-    def _of_both_targets(self, earned: Callable[..., float]) -> tuple[float, float]:
-        task, protocol = self.config.task, self.config.protocol
-        first = earned(self._first, protocol, action_noise=task.action_noise)
-        if self._later is self._first:
-            return first, first
-        return first, earned(self._later, protocol, action_noise=task.action_noise)
-
-    def _after_jump(self) -> Grid:
-        task = self.config.task
-        if not task.jump_epoch:
-            return self._first
-        if task.jump_target == self.config.grid.target:
-            raise SclaError("--task.jump-target is --target: choose another cell, or leave out --task.jump-epoch")
-        try:
-            return _grid(self.config, task.jump_target)
-        except SclaError as error:
-            raise SclaError(f"--task.jump-target: {error}") from error
+    def _schedule(self) -> tuple[tuple[int, Grid], ...]:
+        """Return the arena's stages: the epoch from which each is there (the first before any), and its grid."""
+        config, task = self.config, self.config.task
+        by_epoch = dict(floor_of(config.grid).targets if config.grid.floor_text else {1: (Cell(*config.grid.target),)})
+        stages = [(0, _grid(config, by_epoch.pop(1)))]
+        if task.jump_epoch:
+            if by_epoch or stages[0][1].others:
+                raise SclaError("--task.jump-epoch moves a single target: write the schedule into the --floor instead")
+            if task.jump_target == config.grid.target:
+                raise SclaError("--task.jump-target is --target: choose another cell, or leave out --task.jump-epoch")
+            by_epoch[task.jump_epoch] = (Cell(*task.jump_target),)
+        for epoch, targets in by_epoch.items():
+            try:
+                stages.append((epoch, _grid(config, targets)))
+            except SclaError as error:
+                named = "--task.jump-target" if task.jump_epoch else f"--floor, from epoch {epoch}"
+                raise SclaError(f"{named}: {error}") from error
+        return tuple(stages)
 
 
 def check(config: RunConfig | CheckedConfig) -> CheckedConfig:
@@ -172,9 +190,30 @@ def _content(value: Any) -> Any:
     return dataclasses.asdict(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
 
 
-def _grid(config: RunConfig, target: tuple[int, int]) -> Grid:
-    closed = frozenset(Cell(*cell) for cell in config.grid.closed_cells)
-    return Grid(config.grid.cells, Cell(*target), config.grid.cell_size_m, closed)
+def _with_files(config: RunConfig) -> RunConfig:
+    """Return the settings with what they need of the files that they name: a map's text, a robot's digest."""
+    config = dataclasses.replace(config, grid=with_floor(config.grid))
+    path = checked_path(config.robot, "--robot")
+    file = shipped_file(config.robot, ".xml")
+    if config.robot_sha256 or file.parent == assets_folder():
+        return config
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise SclaError(
+            f"--robot {config.robot} cannot be read: {error.strerror}; name an MJCF file, burger or mouse"
+        ) from error
+    return dataclasses.replace(config, robot=str(file.absolute()), robot_sha256=digest)
+
+
+def _grid(config: RunConfig, targets: tuple[Cell, ...]) -> Grid:
+    own = config.grid
+    closed = frozenset(Cell(*cell) for cell in own.closed_cells)
+    floor = floor_of(own) if own.floor_text else None
+    starts, grip = (frozenset[Cell](), {}) if floor is None else (floor.starts, floor.grip)
+    grid = Grid(own.cells, targets[0], own.cell_size_m, closed, targets[1:], starts, grip)
+    grid.start_cells(config.protocol)
+    return grid
 
 
 def _check_weights(config: RunConfig) -> None:

@@ -58,6 +58,11 @@ class GridConfig(Section):
     cell_size_m: Annotated[float, Interval(ge=0.27, le=3.0)] = 0.30
     """Edge of a cell: about twice the robot's length, so that it turns without touching a wall; turning in place sweeps
     a circle of 0.133 m about the axle."""
+    floor: str = ""
+    """Text file with a map in place of the first three: closed cells, targets that move, starts, grip
+    (docs/floor.md)."""
+    floor_text: Annotated[str, tyro.conf.Suppress] = ""
+    """The content of that file, which a run keeps."""
 
 
 @dataclass(frozen=True)
@@ -242,6 +247,10 @@ class RunConfig(Section):
     """What recording.rrd keeps: nothing, the thinking windows, or every spike."""
     brain_settings: Annotated[dict[str, Any], tyro.conf.Suppress] = field(default_factory=dict)
     """Settings of the brain's own (its `Settings`), by name; on the command line --brain.NAME VALUE."""
+    robot: str = "burger"
+    """What is driven: burger, mouse (half as large), or the path of an MJCF file of your own (docs/robot.md)."""
+    robot_sha256: Annotated[str, tyro.conf.Suppress] = ""
+    """The digest of such a file, which a run keeps."""
     localisation: Localisation = "truth"
     """How the robot knows its position: from the simulator, by wheel encoders and gyro, or by these and range rays."""
     grid: Annotated[GridConfig, tyro.conf.arg(name="")] = field(default_factory=GridConfig)

@@ -6,6 +6,7 @@ import enum
 import functools
 import math
 from collections import deque
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple, get_args
 
@@ -57,6 +58,11 @@ class Cell(NamedTuple):
         return Cell(self.x + dx, self.y + dy)
 
 
+def said(targets: Sequence[tuple[int, int]], verb: tuple[str, str] = ("", "s")) -> str:
+    """Return targets in words, such as "target (3, 3)"; `verb` is what follows "target" for one, for several."""
+    return f"target{verb[len(targets) > 1]} {' and '.join(f'({x}, {y})' for x, y in targets)}"
+
+
 @functools.cache
 def around(cell: Cell) -> tuple[Cell, Cell, Cell, Cell]:
     """Return the four cells next to one, on the grid or not, in the order of the actions."""
@@ -70,17 +76,23 @@ MOST_CELLS: Final = 10_000
 
 @dataclass(frozen=True)
 class Grid:
-    """An arena of `cells` = (W, H) square cells with one target and, optionally, closed cells.
+    """An arena of `cells` = (W, H) square cells with one target or several and, optionally, closed cells.
+
+    `others` are the targets after the first. `starts` are the cells where robots are spawned, every one where it is
+    empty. `grip` is a factor on the friction of the tyres, where it is not 1.
 
     Raises:
-        SclaError: the grid has fewer than two open cells, or the target or a closed cell is not on it,
-            or some open cell cannot reach the target.
+        SclaError: the grid has fewer than two open cells, or a target, start or closed cell is not on it, or two are in
+            one place, or some open cell cannot reach the first target.
     """
 
     cells: tuple[int, int]
     target: Cell
     cell_size_m: float
     closed: frozenset[Cell] = frozenset()
+    others: tuple[Cell, ...] = ()
+    starts: frozenset[Cell] = frozenset()
+    grip: Mapping[Cell, float] = field(default_factory=dict, hash=False)
     distances: dict[Cell, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -91,24 +103,30 @@ class Grid:
             raise SclaError(f"--cells {width} {height} is too large: a grid has at most {MOST_CELLS} cells")
         if not 0 < self.cell_size_m < math.inf:
             raise SclaError(f"a cell size of {self.cell_size_m} m is not possible: it must be above 0 and finite")
-        for name, cell in [("target", self.target), *(("closed cell", cell) for cell in sorted(self.closed))]:
+        named = [("target", self.targets), ("closed cell", sorted(self.closed)), ("start", sorted(self.starts))]
+        for name, cell in ((name, cell) for name, cells in named for cell in cells):
             if not self.contains(cell):
                 raise SclaError(
                     f"the {name} ({cell.x}, {cell.y}) is off the {width}x{height} grid: "
                     f"x must be 1 to {width} and y 1 to {height}"
                 )
-        if self.target in self.closed:
-            raise SclaError(
-                f"the target ({self.target.x}, {self.target.y}) is a closed cell: open it or move the target"
-            )
-        object.__setattr__(self, "distances", self._search())
+            if name != "closed cell" and cell in self.closed:
+                raise SclaError(f"the {name} ({cell.x}, {cell.y}) is a closed cell: open it or move the {name}")
+        object.__setattr__(self, "distances", self._search([self.target]))
         lost = [cell for cell in self.open_cells() if cell not in self.distances]
         if lost:
             raise SclaError(
                 f"the cell ({lost[0].x}, {lost[0].y}) is walled off from the target: open a way or close it too"
             )
-        if len(self.distances) < 2:
+        if self.others:
+            object.__setattr__(self, "distances", self._search(self.targets))
+        if len(self.distances) <= len(self.targets):
             raise SclaError("every cell but the target is closed: leave at least one open")
+
+    @property
+    def targets(self) -> tuple[Cell, ...]:
+        """Every target; to reach one is a hit."""
+        return (self.target, *self.others)
 
     def contains(self, cell: Cell) -> bool:
         """Return whether the cell lies in the arena, closed or not."""
@@ -137,13 +155,23 @@ class Grid:
 
     def sensed_from(self, cell: Cell) -> Action | None:
         """Return the direction of a target in a neighbouring cell, or None (the paper's sensor)."""
-        return next((action for action, beyond in self.neighbours(cell) if beyond == self.target), None)
+        return next((action for action, beyond in self.neighbours(cell) if beyond in self.targets), None)
 
     def start_cells(self, protocol: StartProtocol) -> list[Cell]:
-        """Return the cells where a protocol re-spawns the robot, each equally likely (docs/model.md, protocols)."""
+        """Return the cells where a protocol re-spawns the robot, each equally likely (docs/model.md, protocols).
+
+        Raises:
+            SclaError: none of the grid's `starts` is one of them.
+        """
+        cells = [cell for cell in self.open_cells() if cell not in self.targets]
         if protocol == "sensed-start":
-            return [cell for _, cell in self.neighbours(self.target)]
-        return [cell for cell in self.open_cells() if cell != self.target]
+            beside = [cell for target in self.targets for _, cell in self.neighbours(target)]
+            cells = [cell for cell in dict.fromkeys(beside) if cell not in self.targets]
+        cells = [cell for cell in cells if not self.starts or cell in self.starts]
+        if not cells:
+            where = "beside a target" if protocol == "sensed-start" else "outside the targets"
+            raise SclaError(f"--protocol {protocol} has no cell to start in: leave an open cell, or a start, {where}")
+        return cells
 
     def ceiling_hits_per_1000(self, protocol: StartProtocol) -> float:
         """Return what a shortest-path policy earns: 1000 / mean shortest path over the start cells, found by search."""
@@ -162,9 +190,9 @@ class Grid:
         row = int((y_m / self.cell_size_m + height / 2) // 1) + 1
         return Cell(min(max(column, 1), width), min(max(row, 1), height))
 
-    def _search(self) -> dict[Cell, int]:
-        """Breadth-first distances, in moves, from every reachable cell to the target."""
-        distances, queue = {self.target: 0}, deque([self.target])
+    def _search(self, targets: Sequence[Cell]) -> dict[Cell, int]:
+        """Breadth-first distances, in moves, from every reachable cell to the nearest of the targets."""
+        distances, queue = dict.fromkeys(targets, 0), deque(targets)
         while queue:
             cell = queue.popleft()
             for _, beyond in self.neighbours(cell):

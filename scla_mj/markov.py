@@ -69,9 +69,9 @@ def expected_moves(grid: Grid, policy: NDArray[np.float64]) -> dict[Cell, float]
 
     cells = grid.open_cells()
     chain = transition_matrix(grid, policy)
-    target = cells.index(grid.target)
-    certain = _surely_absorbed(chain, target)
-    inner = np.array([index for index in np.flatnonzero(certain) if index != target], dtype=np.int64)
+    targets = np.isin(np.arange(len(cells)), [cells.index(target) for target in grid.targets])
+    certain = _surely_absorbed(chain, targets)
+    inner = np.flatnonzero(certain & ~targets)
     moves = np.where(certain, 0.0, np.inf)
     if len(inner):
         moves[inner] = spsolve((identity(len(inner)) - chain[inner][:, inner]).tocsc(), np.ones(len(inner)))
@@ -79,7 +79,7 @@ def expected_moves(grid: Grid, policy: NDArray[np.float64]) -> dict[Cell, float]
 
 
 def transition_matrix(grid: Grid, policy: NDArray[np.float64]) -> csr_array:
-    """Return the chain, sparse (n, n), over `grid.open_cells()`; the target is absorbing."""
+    """Return the chain, sparse (n, n), over `grid.open_cells()`; the targets are absorbing."""
     from scipy.sparse import csr_array
 
     cells = grid.open_cells()
@@ -87,20 +87,20 @@ def transition_matrix(grid: Grid, policy: NDArray[np.float64]) -> csr_array:
     entries = [
         (index[cell], index[grid.after(cell, action)], policy[cell.x - 1, cell.y - 1, action])
         for cell in cells
-        if cell != grid.target
+        if cell not in grid.targets
         for action in Action
     ]
-    entries.append((index[grid.target], index[grid.target], 1.0))
+    entries += [(index[target], index[target], 1.0) for target in grid.targets]
     rows, columns, values = (np.array(part) for part in zip(*entries, strict=True))
     chain = csr_array((values, (rows, columns)), shape=(len(cells), len(cells)))
     chain.eliminate_zeros()
     return chain
 
 
-def _surely_absorbed(chain: csr_array, target: int) -> NDArray[np.bool_]:
-    """Return for every state whether it reaches the target with certainty: every state reachable from it can."""
+def _surely_absorbed(chain: csr_array, targets: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return for every state whether it reaches a target with certainty: every state reachable from it can."""
     backwards = chain.T.tocsr()
-    lost = ~_reached(backwards, np.arange(chain.shape[0]) == target)
+    lost = ~_reached(backwards, targets)
     return ~_reached(backwards, lost)
 
 
@@ -141,7 +141,7 @@ def fewest_expected_moves(grid: Grid, *, action_noise: float) -> dict[Cell, floa
     moves = np.zeros(len(cells))
     for _ in range(_MOST_SWEEPS):
         improved = 1.0 + (moves[after] @ chance).min(axis=1)
-        improved[index[grid.target]] = 0.0
+        improved[[index[target] for target in grid.targets]] = 0.0
         if np.max(np.abs(improved - moves) / np.maximum(improved, 1.0)) < _CONVERGED:
             return dict(zip(cells, improved.tolist(), strict=True))
         moves = improved
@@ -170,7 +170,7 @@ def _by_policies(
         costs = moves[after] @ chance
         best = costs.argmin(axis=1)
         gains = costs[rows, chosen] - costs[rows, best] > _CONVERGED * np.maximum(moves, 1.0)
-        gains[cells.index(grid.target)] = False
+        gains[[cells.index(target) for target in grid.targets]] = False
         if not gains.any():
             return expected
         chosen = np.where(gains, best, chosen)

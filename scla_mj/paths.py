@@ -24,6 +24,7 @@ LOCK: Final = ".lock"
 WATCHED: Final = ".watched"
 """Touched by a viewer that follows the run."""
 
+_SHIPPED_PATTERN: Final = re.compile(r"[a-z]+")
 _PART_PATTERN: Final = re.compile(r"recording(?:-([1-9]\d*))?\.rrd")
 
 
@@ -58,3 +59,9 @@ def assets_folder() -> Path:
     raise SclaError(
         f"the arena's file {SCENE_XML} is in neither {candidates[0]} nor {candidates[1]}; reinstall scla-mj"
     )
+
+
+def shipped_file(name: str, suffix: str) -> Path:
+    """Return a robot's or a floor's file: one that ships with the package, by its name, or a path."""
+    shipped = assets_folder() / f"{name}{suffix}"
+    return shipped if _SHIPPED_PATTERN.fullmatch(name) and shipped.is_file() else Path(name).expanduser()

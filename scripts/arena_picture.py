@@ -18,6 +18,7 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Cell
 from scla_mj.world import names
 from scla_mj.world.picture import Renderer
+from scla_mj.world.robot import robot_of
 from scla_mj.world.world import World
 
 
@@ -33,6 +34,8 @@ class ArenaPicture:
     """Where it looks, from +x towards +y."""
     size: tuple[int, int] = (1200, 800)
     """Width and height in pixels."""
+    robot: str = "burger"
+    """What stands there: burger, mouse or an MJCF file (docs/robot.md)."""
     grid: Annotated[GridConfig, tyro.conf.arg(name="")] = field(default_factory=GridConfig)
 
 
@@ -44,9 +47,9 @@ def take(options: ArenaPicture) -> None:
     """
     if options.output.exists():
         raise SclaError(f"{options.output} exists already: choose another name")
-    config = RunConfig(grid=options.grid)
+    config = RunConfig(grid=options.grid, robot=options.robot)
     checked = check(config)
-    world = World(checked.grid(), checked.clock)
+    world = World(checked.grid(), checked.clock, robot_of(checked))
     world.spawn(Cell(*options.cell), math.radians(options.heading_deg))
     picture = Renderer(world).render(names.ANGLED_CAMERA, *options.size)
     imsave(options.output, np.ascontiguousarray(picture))

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from scla_mj import paths
-from scla_mj.world.robot import ROBOT
+from scla_mj.world.robot import BURGER
 
 
 def test_the_assets_folder_holds_the_arena_and_the_robot():
     assert (paths.assets_folder() / paths.SCENE_XML).is_file()
-    assert (paths.assets_folder() / ROBOT.mjcf).is_file()
+    assert BURGER.file.is_file()
 
 
 def test_every_file_of_a_run_has_a_plain_name_of_its_own():

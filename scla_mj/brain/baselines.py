@@ -49,8 +49,10 @@ class ShortestPathBrain(Brain):
 
     def __init__(self, checked: CheckedConfig) -> None:
         task = checked.config.task
-        if task.jump_epoch:
-            raise SclaError("--brain shortest-path knows one target only: leave out --task.jump-epoch")
+        if checked.jumps:
+            raise SclaError(
+                "--brain shortest-path knows one target only: leave out --task.jump-epoch, or what moves targets in --floor"
+            )
         if task.crossed_epoch:
             raise SclaError("--brain shortest-path knows its wheels: leave out --task.crossed-epoch")
         self._grid = checked.grid()

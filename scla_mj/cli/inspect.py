@@ -12,6 +12,7 @@ import tyro.conf
 
 from scla_mj.engine.interrupts import terminable
 from scla_mj.errors import SclaError
+from scla_mj.grid import said
 from scla_mj.paths import CHECKPOINT_NPZ
 
 if TYPE_CHECKING:
@@ -129,10 +130,12 @@ def _describe(found: RunInspection) -> list[str]:
     """Return the lines below the verdict."""
     lines = []
     if found.run is not None:
+        from scla_mj.checked import check
+
         config = found.run.config
         columns, rows = config.grid.cells
         lines.append(
-            f"brain {config.brain}, {config.protocol}, {columns} x {rows} cells, target {config.grid.target}, "
+            f"brain {config.brain}, {config.protocol}, {columns} x {rows} cells, {said(check(config).grid().targets)}, "
             f"seed {config.seed}, telemetry {config.telemetry}"
         )
         if config.task.crossed_epoch:

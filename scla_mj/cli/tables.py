@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from rich.table import Table
 
 from scla_mj import paths
+from scla_mj.grid import said
 
 if TYPE_CHECKING:
     from scla_mj.runs.summary import Summary
@@ -29,7 +30,7 @@ def epoch_table(summary: Summary) -> Table:
     """Return what each epoch earned."""
     columns, rows = summary.cells
     table = Table(
-        title=f"{summary.protocol}, {columns}x{rows}, target {summary.target}, seed {summary.seed}\n"
+        title=f"{summary.protocol}, {columns}x{rows}, {said((summary.target, *summary.others))}, seed {summary.seed}\n"
         f"ceiling {summary.ceiling_hits_per_1000:.2f}, chance {summary.chance_hits_per_1000:.2f} "
         "hits per 1000 decisions"
     )

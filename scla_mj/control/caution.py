@@ -15,11 +15,6 @@ _CAREFUL_SPEED_M_S: Final = 0.15
 CAREFUL_SHARE: Final = 0.3
 """After slip it drives with this share of its accelerations, lower speeds and wider tolerances."""
 
-_BALANCE_M_S: Final = 0.5
-_BALANCE_M: Final = 0.03
-"""Speed under the lean, per sine of the pitch and per rad/s of it: at 10 degrees, or at 3 rad/s, all that the motors
-have (their torque is at its limit where a wheel misses its command by 2.7 rad/s, which is 0.09 m/s)."""
-
 
 @leaf_njit(inline="always")
 def roll_along(state: State, motion: Motion, careful: bool) -> State:
@@ -29,10 +24,10 @@ def roll_along(state: State, motion: Motion, careful: bool) -> State:
 
 
 @leaf_njit(inline="always")
-def balance(state: State, motion: Motion) -> State:
+def balance(state: State, motion: Motion, gains: Gains) -> State:
     """Let the wheels roll along, and drive them under the side that the robot tips over to."""
     rolling = roll_along(state, motion, state.careful)
-    under = _BALANCE_M_S * motion.pitch_sine + _BALANCE_M * motion.pitch_rate_rad_s
+    under = gains.balance_m_s * motion.pitch_sine + gains.balance_m * motion.pitch_rate_rad_s
     along = rolling.speed_m_s + state.direction * under
     return State(
         state.phase, state.course_rad, state.direction, state.aims, along, rolling.turn_rate_rad_s, state.careful
@@ -73,4 +68,8 @@ def careful_gains(gains: Gains) -> Gains:
         gains.tyre_acceleration_m_s2,
         gains.reaim_distance_m,
         gains.reaim_limit,
+        gains.lookahead_m,
+        gains.touch_margin_m,
+        gains.balance_m_s,
+        gains.balance_m,
     )

@@ -29,12 +29,8 @@ from scla_mj.control.motion import (
 )
 from scla_mj.control.profile import braking_speed, slew, wrap_angle
 
-_LOOKAHEAD_M: Final = 0.05
-"""The point of its line that the robot steers at is never nearer than this: a nearer one makes it zigzag."""
 _REVERSE_COSINE: Final = -0.7071
 """It drives in reverse where its course lies more than 135 degrees off its heading."""
-_TOUCH_MARGIN_M: Final = 0.03
-"""A wall in the way is touched within this, and a period's drive, of where it must be: a tenth of the smallest cell."""
 _FREEING_SPEED_M_S: Final = 0.1
 """How fast it backs off from a wall that its bumper brushes while it turns."""
 _TIPPING_COSINE: Final = 0.995
@@ -70,7 +66,7 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
     if state.phase == STANDING:
         if motion.upright >= _TIPPING_COSINE:
             return state, 0.0, 0.0, DRIVING
-        left, right = _wheel_speeds(balance(state, motion), gains)
+        left, right = _wheel_speeds(balance(state, motion, gains), gains)
         return state, left, right, DRIVING
     if state.phase == OUTWARD and motion.touched:
         state = _touch(state, motion, goal, gains)
@@ -98,7 +94,7 @@ def tick(state: State, motion: Motion, goal: Goal, gains: Gains) -> tuple[State,
         ahead = math.hypot(to_x, to_y)
     state = _steer(state, motion, ahead, to_x, to_y, gains)
     if motion.upright < _TIPPING_COSINE:
-        state = balance(state, motion)
+        state = balance(state, motion, gains)
     left, right = _wheel_speeds(state, gains)
     return state, left, right, DRIVING
 
@@ -124,7 +120,7 @@ def _touch(state: State, motion: Motion, goal: Goal, gains: Gains) -> State:
     length = math.hypot(across_x, across_y)
     gone = ((motion.x_m - goal.start_x_m) * across_x + (motion.y_m - goal.start_y_m) * across_y) / length
     surplus = gone - (length / 2.0 - (gains.front_reach_m if forwards else gains.rear_reach_m))
-    margin = _TOUCH_MARGIN_M + gains.max_speed_m_s * gains.period_s
+    margin = gains.touch_margin_m + gains.max_speed_m_s * gains.period_s
     phase, course, aims = BACK, state.course_rad + math.pi, state.aims
     if surplus > margin:
         phase, course = OUTWARD, math.atan2(goal.target_y_m - motion.y_m, goal.target_x_m - motion.x_m)
@@ -151,9 +147,9 @@ def _steer(state: State, motion: Motion, ahead_m: float, to_x_m: float, to_y_m: 
     facing = motion.heading_rad if state.direction > 0.0 else motion.heading_rad + math.pi
     left_of_line = to_x_m * math.sin(state.course_rad) - to_y_m * math.cos(state.course_rad)
     # Four time constants of the steering ahead is the critically damped choice.
-    lookahead = max(_LOOKAHEAD_M, 4.0 / gains.steering_per_s * abs(motion.speed_m_s))
+    lookahead = max(gains.lookahead_m, 4.0 / gains.steering_per_s * abs(motion.speed_m_s))
     # Level with the target it faces along the line, whatever offset is left.
-    fade = min(1.0, abs(ahead_m) / _LOOKAHEAD_M)
+    fade = min(1.0, abs(ahead_m) / gains.lookahead_m)
     error = wrap_angle(state.course_rad - math.atan(fade * left_of_line / lookahead) - facing)
     forwards, backwards = gains.forward_acceleration_m_s2, gains.backward_acceleration_m_s2
     speeding_up, braking = (forwards, backwards) if state.direction > 0.0 else (backwards, forwards)

@@ -135,6 +135,7 @@ class Account:
             seed=config.seed,
             cells=config.grid.cells,
             target=config.grid.target,
+            others=tuple((x, y) for x, y in self._checked.grids[0].others),
             crossed_epoch=config.task.crossed_epoch,
             ceiling_hits_per_1000=self._checked.ceiling_hits_per_1000(),
             chance_hits_per_1000=self._checked.chance_hits_per_1000(),

@@ -25,7 +25,7 @@ from scla_mj.loop.task import Task
 from scla_mj.loop.twin import NoRandomisation, TwinDriver, TwinWorld
 from scla_mj.randomness import Consumer, generator
 from scla_mj.world.domain_randomisation import DomainRandomisation
-from scla_mj.world.robot import ROBOT, Robot
+from scla_mj.world.robot import robot_of
 from scla_mj.world.world import World
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ _OF_THE_TASK: Final = (
 )
 
 
-def simulate(config: RunConfig | CheckedConfig, *, robot: Robot = ROBOT) -> Simulation:
+def simulate(config: RunConfig | CheckedConfig) -> Simulation:
     """Return a robot with its brain, standing in its first start cell: each `step()` makes one decision.
 
     Raises:
@@ -54,7 +54,7 @@ def simulate(config: RunConfig | CheckedConfig, *, robot: Robot = ROBOT) -> Simu
     ahead = CompiledAhead(run_periods) if issubclass(BRAINS.get(name, Brain), SclaBrain) else None
     brain = watched_brain(checked)
     before_first_drive = None if ahead is None else ahead.join
-    task = build_task(checked, robot=robot, sensors=brain.sensors, before_first_drive=before_first_drive)
+    task = build_task(checked, sensors=brain.sensors, before_first_drive=before_first_drive)
     return Simulation(checked, task, brain)
 
 
@@ -97,7 +97,6 @@ def watched_brain(checked: CheckedConfig) -> Brain:
 def build_task(
     config: RunConfig | CheckedConfig,
     *,
-    robot: Robot = ROBOT,
     sensors: Mapping[str, Callable[[World], Any]] | None = None,
     before_first_drive: Callable[[], None] | None = None,
     lean: bool = True,
@@ -107,7 +106,6 @@ def build_task(
 
     Args:
         config: the run's settings; those of a brain are not read.
-        robot: what is driven.
         sensors: functions of the world by name; `percept.readings` has what they return.
         before_first_drive: called once, for example to wait for code that another process compiles.
         lean: leave out of the model what is only for looks.
@@ -122,7 +120,7 @@ def build_task(
     if not body:
         require_undisturbed(checked, "a task without a body")
         return _twin_task(checked, streams, sensors)
-    world, period_s = World(grid, clock, robot, lean=lean), clock.control_period_s
+    world, period_s = World(grid, clock, robot_of(checked), lean=lean), clock.control_period_s
     randomisation = DomainRandomisation(
         world,
         settings.disturbance,

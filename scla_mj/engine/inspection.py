@@ -249,16 +249,17 @@ def _compare(found: RunInspection) -> list[Comparison]:
 
 def _settings(checked: CheckedConfig) -> dict[str, Any]:
     """Return the settings that a recording carries too."""
-    config, grid, task = checked.config, checked.grid(), checked.config.task
+    config, grid = checked.config, checked.grid()
     return {
         "seed": config.seed,
         "protocol": config.protocol,
         "telemetry": config.telemetry,
         "cells": grid.cells,
         "target": tuple(grid.target),
+        "others": grid.others,
         "cell_size_m": grid.cell_size_m,
         "thinking_window_s": checked.clock.thinking_window_s,
-        "jump": (task.jump_epoch, task.jump_target) if task.jump_epoch else None,
+        "jumps": [(epoch, *later.target) for epoch, later in checked.jumps],
     }
 
 

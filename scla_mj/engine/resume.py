@@ -16,6 +16,7 @@ from scla_mj.engine.completion import check_but_figures, complete, needs_no_deci
 from scla_mj.engine.lock import running
 from scla_mj.engine.session import Session, Watch
 from scla_mj.errors import SclaError
+from scla_mj.floor import refuse_changed_floor
 from scla_mj.runs import folder
 from scla_mj.runs.atomic import remove, remove_scratch
 from scla_mj.runs.checkpoint import START_AGAIN, read_checkpoint
@@ -76,6 +77,7 @@ def finish(
             raise SclaError(f"{run.path} is complete: there is nothing to resume")
         return complete(run, pictures=pictures or redraw)
     _refuse_other_versions(run)
+    refuse_changed_floor(run.config.grid)
     simulation = simulate(run.config)
     _refuse_other_brain(run, simulation)
     session = Session(run, simulation, pictures=pictures, checkpoint_period_s=checkpoint_period_s)

@@ -140,7 +140,7 @@ class WheelEpisodes(Episodes):
         self._touched = self.task.command(left_rad_s, right_rad_s, self._controls)
         pose, grid, before_m = self.task.world.pose(), self.task.grid, self._distance_m
         fallen = not self.task.world.can_drive()
-        hit = not fallen and grid.cell_at(pose.x_m, pose.y_m) == grid.target
+        hit = not fallen and grid.cell_at(pose.x_m, pose.y_m) in grid.targets
         if not fallen:
             self._distance_m = self._to_target_m()
         return (before_m - self._distance_m) / grid.cell_size_m + hit - fallen, hit, fallen
@@ -148,11 +148,10 @@ class WheelEpisodes(Episodes):
     @property
     def seen(self) -> NDArray[np.float32]:
         """What is observed, within its bounds."""
-        world, grid = self.task.world, self.task.grid
+        world = self.task.world
         x_m, y_m, heading_rad = self.task.place()
         cosine, sine = math.cos(heading_rad), math.sin(heading_rad)
-        target_x_m, target_y_m = grid.centre_m(grid.target)
-        to_x_m, to_y_m = target_x_m - x_m, target_y_m - y_m
+        to_x_m, to_y_m = min(self._to_targets_m(x_m, y_m), key=lambda way: math.hypot(*way))
         velocity = world.data.qvel[self._dof : self._dof + 6].tolist()
         true_heading_rad = world.pose().heading_rad
         speed_m_s = velocity[0] * math.cos(true_heading_rad) + velocity[1] * math.sin(true_heading_rad)
@@ -168,5 +167,9 @@ class WheelEpisodes(Episodes):
         return clipped
 
     def _to_target_m(self) -> float:
-        pose, (x_m, y_m) = self.task.world.pose(), self.task.grid.centre_m(self.task.grid.target)
-        return math.hypot(x_m - pose.x_m, y_m - pose.y_m)
+        pose = self.task.world.pose()
+        return min(math.hypot(*way) for way in self._to_targets_m(pose.x_m, pose.y_m))
+
+    def _to_targets_m(self, x_m: float, y_m: float) -> list[tuple[float, float]]:
+        centres = map(self.task.grid.centre_m, self.task.grid.targets)
+        return [(target_x_m - x_m, target_y_m - y_m) for target_x_m, target_y_m in centres]

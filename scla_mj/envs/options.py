@@ -13,7 +13,7 @@ from scla_mj.errors import SclaError
 from scla_mj.validation import shown
 
 _SECTIONS: Final = ("grid", "task", "clock", "controller", "disturbance")
-_PLAIN: Final = ("protocol", "localisation", "epochs", "decisions")
+_PLAIN: Final = ("protocol", "robot", "localisation", "epochs", "decisions")
 
 
 def checked_options(

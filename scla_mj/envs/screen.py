@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 from typing import Any, Final
@@ -46,8 +47,10 @@ class Window:
     def show(self, rows: NDArray[np.float64] | None = None) -> None:
         """Show the world as it is now, or first a move's trajectory, in real time."""
         at, root, grid = self._world.at, self._world.at.root_qpos, self._world.grid
-        for part in (names.TARGET_RING, names.TARGET_DISC):
-            self._model.geom(part).pos[:2] = grid.centre_m(grid.target)
+        for part, (number, target) in itertools.product(
+            (names.TARGET_RING, names.TARGET_DISC), enumerate(grid.targets)
+        ):
+            self._model.geom(names.of_target(part, number)).pos[:2] = grid.centre_m(target)
         for row in () if rows is None else rows[:: self._stride]:
             self._data.qpos[root : root + 7] = row[1:8]
             self._data.qpos[[at.left_qpos, at.right_qpos]] = row[8:10]

@@ -35,13 +35,7 @@ NO_ROWS: Final = np.empty((0, len(TRAJECTORY_COLUMNS)))
 
 def gains_of(world: World, clock: Clock, config: ControllerConfig) -> Gains:
     """Return the controller's gains for the world's robot."""
-    return make_gains(
-        config,
-        period_s=clock.control_period_s,
-        cell_size_m=world.grid.cell_size_m,
-        tyre_acceleration_m_s2=world.robot.tyre_acceleration_m_s2,
-        **world.dimensions._asdict(),
-    )
+    return make_gains(config, world.dimensions, period_s=clock.control_period_s, cell_size_m=world.grid.cell_size_m)
 
 
 class Driver:

@@ -23,6 +23,7 @@ from scla_mj.loop.task import HELPLESS_MOVES, QUARTER_TURN_RAD
 from scla_mj.loop.twin import move_periods
 from scla_mj.randomness import Consumer, generator, require_seed
 from scla_mj.signals import TRAJECTORY_COLUMNS
+from scla_mj.world.robot import robot_of
 from scla_mj.world.world import World
 
 _INTEGRATION: Final = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -69,18 +70,18 @@ class Fleet:
                 raise SclaError(f"{name} is {value!r}: it must be a whole number, 1 to {MOST_ROBOTS}")
         self._period_s = np.float64(checked.clock.control_period_s)
         self._checked, task, per_epoch = checked, checked.config.task, checked.config.decisions
-        self._grids = checked.grid(1), checked.grid(checked.config.epochs)
-        self._targets = np.array([grid.target for grid in self._grids])
-        self._sensed = np.array([_sensed(grid) for grid in self._grids])
-        self._starts = [grid.start_cells(checked.config.protocol) for grid in self._grids]
+        self._targets = np.array([grid.targets for grid in checked.grids])
+        self._sensed = np.array([_sensed(grid) for grid in checked.grids])
+        self._starts = [grid.start_cells(checked.config.protocol) for grid in checked.grids]
         chunks = 1 if threads == 1 else min(number, _CHUNKS_PER_THREAD * threads)
         self._chunks = list(itertools.pairwise(np.linspace(0, number, chunks + 1).astype(int).tolist()))
         self._helpers = min(threads, chunks) - 1
         self._pool = ThreadPoolExecutor(self._helpers) if self._helpers else None
         self._bodies: Any = _Bodies(checked, number, self.in_chunks) if body else _Twins(checked, number)
-        self._jump_at, self._cross_at = ((epoch - 1) * per_epoch for epoch in (task.jump_epoch, task.crossed_epoch))
+        self._jump_at = [(epoch - 1) * per_epoch for epoch, _ in checked.jumps]
+        self._cross_at = (task.crossed_epoch - 1) * per_epoch
         self.cells = np.ones((number, 2), np.int64)
-        self._jumped, self._crossed, self._decisions, self._failures, self._periods = np.zeros((5, number), np.int64)
+        self._stage, self._crossed, self._decisions, self._failures, self._periods = np.zeros((5, number), np.int64)
         self._spawn: list[Any] = [None] * number
         self._noise: list[Any] = [None] * number
         for robot in range(number):
@@ -95,7 +96,7 @@ class Fleet:
     @property
     def sensed(self) -> NDArray[np.int64]:
         """The direction of a target in a neighbouring cell, 4 where there is none, (N,)."""
-        sensed: NDArray[np.int64] = self._sensed[self._jumped, self.cells[:, 0] - 1, self.cells[:, 1] - 1]
+        sensed: NDArray[np.int64] = self._sensed[self._stage, self.cells[:, 0] - 1, self.cells[:, 1] - 1]
         return sensed
 
     def reseed(self, robot: int, seed: int) -> None:
@@ -108,13 +109,13 @@ class Fleet:
         noise = generator(seed, Consumer.ACTION_NOISE)
         self._spawn[robot] = generator(seed, Consumer.SPAWN)
         self._noise[robot] = ActionNoise(self._checked.config.task.action_noise, rng=noise)
-        self._jumped[robot], self._crossed[robot] = self._checked.has_jumped(1), self._checked.has_crossed(1)
+        self._stage[robot], self._crossed[robot] = self._checked.stage(1), self._checked.has_crossed(1)
         self._decisions[robot] = self._periods[robot] = 0
         self.respawn(robot)
 
     def respawn(self, robot: int) -> None:
         """Put one robot into a start cell, as `Task.respawn` does."""
-        starts, rng = self._starts[self._jumped[robot]], self._spawn[robot]
+        starts, rng = self._starts[self._stage[robot]], self._spawn[robot]
         cell = starts[rng.integers(len(starts))]
         self._bodies.spawn(robot, cell, QUARTER_TURN_RAD * int(rng.integers(4)))
         self.cells[robot], self._failures[robot] = cell, 0
@@ -130,7 +131,7 @@ class Fleet:
             executed = np.array([n.execute(ACTIONS[a]) for n, a in zip(self._noise, actions, strict=True)], np.int64)
         driven: Driven = self._bodies.drive(self.cells, executed ^ self._crossed)
         fallen = driven.fallen.astype(bool)
-        hit = ~fallen & (driven.after == self._targets[self._jumped]).all(axis=1)
+        hit = ~fallen & self._on_target(driven.after)
         self._failures = np.where((driven.outcome == FAILED) & ~hit, self._failures + 1, 0)
         fallen |= self._failures >= HELPLESS_MOVES
         self.cells = np.where(fallen[:, None], self.cells, driven.after)
@@ -151,11 +152,15 @@ class Fleet:
         """Let targets jump and wheels cross where a new epoch begins, as `begin_decision` does for a task."""
         if self._cross_at >= 0:
             self._crossed[self._decisions == self._cross_at] = True
-        if self._jump_at >= 0:
-            for robot in np.flatnonzero(self._decisions == self._jump_at).tolist():
-                self._jumped[robot] = True
-                if (self.cells[robot] == self._targets[1]).all():
-                    self.respawn(robot)
+        for stage, jump_at in enumerate(self._jump_at, 1):
+            moved = self._decisions == jump_at
+            self._stage[moved] = stage
+            for robot in np.flatnonzero(moved & self._on_target(self.cells)).tolist():
+                self.respawn(robot)
+
+    def _on_target(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+        on: NDArray[np.bool_] = (cells[:, None] == self._targets[self._stage]).all(axis=2).any(axis=1)
+        return on
 
     def qpos(self, robot: int) -> NDArray[np.float64]:
         """Return MuJoCo's positions of one robot, which has a body; a copy."""
@@ -189,7 +194,7 @@ class _Bodies:
 
     def __init__(self, checked: CheckedConfig, number: int, in_chunks: _InChunks) -> None:
         grid, clock, config = checked.grid(), checked.clock, checked.config.controller
-        self._world = world = World(grid, clock)
+        self._world = world = World(grid, clock, robot_of(checked))
         self._model = model = world.model
         self.data = [mujoco.MjData(model) for _ in range(number)]
         self._views = [(d.qpos, d.qvel, d.ctrl, d.sensordata) for d in self.data]  # what addresses point to stays alive

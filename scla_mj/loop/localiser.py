@@ -29,8 +29,7 @@ class Localiser:
         self._map = make_map(world.grid) if kind == "sensors" else None
         self.odometer = None
         if kind != "truth":
-            rolling_radius_m = world.robot.rolling_radius * world.dimensions.wheel_radius_m
-            self.odometer = make_odometer(rolling_radius_m=rolling_radius_m, period_s=control_period_s, rng=rng)
+            self.odometer = make_odometer(rolling_radius_m=world.rolling_radius_m, period_s=control_period_s, rng=rng)
 
     def position_m(self) -> tuple[float, float]:
         """Return the believed position, x and y."""

@@ -14,14 +14,14 @@ from scla_mj.world.world import World
 
 
 def begin_decision(task: Task, config: CheckedConfig, decisions: int) -> tuple[int, int]:
-    """Let the target jump and the wheels cross if a new epoch begins; the brain is not informed.
+    """Let the targets move and the wheels cross if a new epoch begins; the brain is not informed.
 
     Returns:
         The epoch, and the decision that follows `decisions` earlier ones within it, both from 1.
     """
     epoch, decision = divmod(decisions, config.config.decisions)
     epoch, decision = epoch + 1, decision + 1
-    if decision == 1 and epoch == config.config.task.jump_epoch:
+    if decision == 1 and config.jumps_in(epoch):
         task.move_target(config.grid(epoch))
     if decision == 1 and epoch == config.config.task.crossed_epoch:
         task.crossed = True

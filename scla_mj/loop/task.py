@@ -121,7 +121,7 @@ class Task:
         executed = self._noise.execute(action)
         driven = executed.opposite if self.crossed else executed
         move = self._driver.drive(driven, before.cell, standing=self._decision_window, observe=observe)
-        hit = not move.fallen and move.after == self.grid.target
+        hit = not move.fallen and move.after in self.grid.targets
         move = self._given_up(move, hit)
         after = self._percept = self._sense_after(move, before)
         if respawn and (hit or move.fallen):
@@ -152,13 +152,13 @@ class Task:
         return self._localiser.place()
 
     def move_target(self, grid: Grid) -> None:
-        """Put the target where `grid` has it; a robot that stands there respawns."""
+        """Put the targets where `grid` has them; a robot that stands on one respawns."""
         self.grid, self._percept = grid, None
         self._starts = grid.start_cells(self._protocol)
         self._sensor = TargetSensor(grid)
-        self.world.move_target(grid.target)
+        self.world.move_target(grid)
         pose = self.world.pose()
-        if grid.cell_at(pose.x_m, pose.y_m) == grid.target:
+        if grid.cell_at(pose.x_m, pose.y_m) in grid.targets:
             self.respawn()
 
     def respawn(self) -> Percept:

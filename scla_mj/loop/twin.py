@@ -34,9 +34,9 @@ class TwinWorld:
         """Put the robot into a cell."""
         self.cell, self.heading_rad = cell, heading_rad
 
-    def move_target(self, cell: Cell) -> None:
-        """Put the target into another cell."""
-        self.grid = Grid(self.grid.cells, cell, self.grid.cell_size_m, self.grid.closed)
+    def move_target(self, grid: Grid) -> None:
+        """Put the targets where `grid` has them."""
+        self.grid = grid
 
     def pose(self) -> Pose:
         """Return the cell's centre, upright."""

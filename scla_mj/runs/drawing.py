@@ -185,10 +185,10 @@ def draw_policy(axes: Axes, grid: Grid, probabilities: Array) -> PolyCollection:
     """Draw a map of action probabilities (W, H, 4), indexed by x - 1, y - 1 and action; return what a colour bar needs.
 
     Every cell is quartered, one quarter per action, darker where it is more probable; an arrow is the cell's mean step.
-    The target is a star, closed cells are grey.
+    Targets are stars, closed cells are grey.
     """
     width, height = grid.cells
-    cells = [cell for cell in grid.open_cells() if cell != grid.target]
+    cells = [cell for cell in grid.open_cells() if cell not in grid.targets]
     values = [probabilities[cell.x - 1, cell.y - 1, action] for cell, action in itertools.product(cells, Action)]
     quarters = [_quarter(cell.x, cell.y, action) for cell, action in itertools.product(cells, Action)]
     shades = PolyCollection(
@@ -200,8 +200,9 @@ def draw_policy(axes: Axes, grid: Grid, probabilities: Array) -> PolyCollection:
     for cell in grid.all_cells():
         colour = _CLOSED if cell in grid.closed else "none"
         axes.add_patch(Rectangle((cell.x - 0.5, cell.y - 0.5), 1, 1, facecolor=colour, edgecolor="white", lw=seam))
-    star = mpl.path.Path.unit_regular_star(5, 0.382).transformed(Affine2D().scale(0.24).translate(*grid.target))
-    axes.add_patch(PathPatch(star, facecolor=TARGET_COLOUR, edgecolor="none", zorder=4))
+    for target in grid.targets:
+        star = mpl.path.Path.unit_regular_star(5, 0.382).transformed(Affine2D().scale(0.24).translate(*target))
+        axes.add_patch(PathPatch(star, facecolor=TARGET_COLOUR, edgecolor="none", zorder=4))
     axes.set(xlim=(0.5, width + 0.5), ylim=(0.5, height + 0.5), aspect="equal")
     axes.xaxis.set_major_locator(MaxNLocator(nbins=12, integer=True, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_locator(MaxNLocator(nbins=12, integer=True, steps=[1, 2, 5, 10]))
@@ -220,7 +221,7 @@ def _quarter(x: int, y: int, action: Action) -> list[tuple[float, float]]:
 
 def _draw_arrows(axes: Axes, grid: Grid, probabilities: Array) -> None:
     """Draw every cell's mean step: the longer, the more certain."""
-    cells = np.array([cell for cell in grid.open_cells() if cell != grid.target])
+    cells = np.array([cell for cell in grid.open_cells() if cell not in grid.targets])
     steps = probabilities[cells[:, 0] - 1, cells[:, 1] - 1] @ np.array([action.step for action in Action])
     drawn = np.linalg.norm(steps, axis=1) > _SHORTEST_ARROW
     axes.quiver(*cells[drawn].T, *steps[drawn].T, pivot="mid", angles="xy", scale_units="xy", scale=1.5, units="xy",

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import PROJECTION_NAMES, Projection
-from scla_mj.grid import Grid
+from scla_mj.grid import Grid, said
 from scla_mj.paths import LEARNING_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.atomic import replacing
 from scla_mj.runs.drawing import (
@@ -131,9 +131,9 @@ def entitle(figure: Figure, title: str, below: str) -> None:
 
 def setting(summary: Summary, seeds: str = "") -> str:
     """Return a run's brain, protocol, arena and seed in words; `seeds` in place of its own."""
-    (width, height), (x, y) = summary.cells, summary.target
+    (width, height), where = summary.cells, said((summary.target, *summary.others))
     jumps = any(epoch.ceiling_hits_per_1000 != summary.ceiling_hits_per_1000 for epoch in summary.epochs)
-    where = f"target ({x}, {y}), which jumps" if jumps else f"target ({x}, {y})"
+    where += ", which jumps" if jumps else ""
     crossed = f", wheels crossed from epoch {summary.crossed_epoch}" if summary.crossed_epoch else ""
     own = seeds or f"seed {summary.seed}"
     return f"{summary.brain}, {summary.protocol}, {width}×{height} cells, {where}, {own}{crossed}"

@@ -62,10 +62,10 @@ class LocalisationSummary(Section):
 class Summary(Section):
     """The whole of `summary.json`.
 
-    `ceiling_hits_per_1000` and `chance_hits_per_1000` are those of the first target: what a shortest path earns, and a
-    brain that has learned nothing (`scla_mj.markov`). `max_position_error_m` is the largest of the moves that ended on
-    the wheels, failed ones among them. The wheels are crossed from `crossed_epoch` on, 0 for never; `localisation` is
-    None where the robot knows its pose from the simulator.
+    `others` are targets beside the first. `ceiling_hits_per_1000` and `chance_hits_per_1000` are as it begins: what a
+    shortest path earns, and a brain that has learned nothing (`scla_mj.markov`). `max_position_error_m` is the largest
+    of the moves that ended on the wheels, failed ones among them. The wheels are crossed from `crossed_epoch` on, 0 for
+    never; `localisation` is None where the robot knows its pose from the simulator.
     """
 
     brain: str
@@ -73,6 +73,7 @@ class Summary(Section):
     seed: int
     cells: tuple[int, int]
     target: tuple[int, int]
+    others: tuple[tuple[int, int], ...]
     crossed_epoch: int
     ceiling_hits_per_1000: float
     chance_hits_per_1000: float

@@ -11,7 +11,7 @@ class TargetSensor:
     truly in a neighbouring cell."""
 
     def __init__(self, grid: Grid) -> None:
-        self._sensed = {cell: action.opposite for action, cell in grid.neighbours(grid.target)}
+        self._sensed = {cell: action for cell in grid.open_cells() if (action := grid.sensed_from(cell)) is not None}
 
     def sense(self, cell: Cell, believed: Cell) -> Percept:
         """Return what a robot senses that stands in a cell, and believes to stand in another."""

@@ -89,7 +89,7 @@ class RerunRecorder:
 
     def write(self, record: DecisionRecord, snapshot: Snapshot | None = None) -> None:
         """Record one decision, and the brain's memory after it if a snapshot is given."""
-        if record.decision == 1 and record.epoch == self._run.config.task.jump_epoch:
+        if record.decision == 1 and self._run.checked.jumps_in(record.epoch):
             self._set_time()
             self._run.epoch = record.epoch
             for view in self._views:
@@ -244,6 +244,7 @@ def _properties(run: RecordedRun, first_decision: int) -> dict[str, str | float 
         "ceiling_hits_per_1000": run.ceiling_hits_per_1000,
         "cells": list(run.grid.cells),
         "target": list(run.grid.target),
+        **({"others": [part for cell in run.grid.others for part in cell]} if run.grid.others else {}),
         "cell_size_m": run.grid.cell_size_m,
         "neural_step_ms": run.clock.neural_step_ms,
         "thinking_window_s": run.clock.thinking_window_s,

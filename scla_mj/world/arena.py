@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -12,7 +13,7 @@ from scla_mj.clock import Clock
 from scla_mj.grid import Grid
 from scla_mj.paths import SCENE_XML, assets_folder
 from scla_mj.world import names
-from scla_mj.world.robot import PREFIX, Robot, floor_pair, read
+from scla_mj.world.robot import PREFIX, Robot, casters, read
 
 WALL_HEIGHT_M: Final = 0.10
 """Above the bumpers, below the lidar."""
@@ -39,8 +40,8 @@ def compose(grid: Grid, clock: Clock, robot: Robot, *, lean: bool = False) -> mu
     _lay_floor(spec, grid)
     _add_walls(spec, grid)
     _add_closed_cells(spec, grid)
-    _add_target(spec, grid)
-    _add_contacts(spec, robot)
+    _add_targets(spec, grid)
+    _add_contacts(spec, grid, robot)
     _add_cameras(spec, grid)
     if lean:
         _strip(spec)
@@ -130,40 +131,75 @@ def _add_closed_cells(spec: mujoco.MjSpec, grid: Grid) -> None:
         spec.worldbody.add_geom(
             spec.find_default("closed_cell"), name=f"closed_{cell.x}_{cell.y}", size=[half, half, h], pos=[x_m, y_m, h]
         )
-
-
-def _add_target(spec: mujoco.MjSpec, grid: Grid) -> None:
-    x_m, y_m = grid.centre_m(grid.target)
-    for name, radius, height_m in ((names.TARGET_RING, 0.42, 0.0006), (names.TARGET_DISC, 0.34, 0.0012)):
         spec.worldbody.add_geom(
-            spec.find_default("visual"), name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, material=name,
-            size=[radius * grid.cell_size_m, height_m / 2, 0], pos=[x_m, y_m, height_m / 2],
-        )  # fmt: skip
+            spec.find_default("closed_face"),
+            name=f"face_{cell.x}_{cell.y}",
+            size=[half, half, half],
+            pos=[x_m, y_m, half],
+        )
 
 
-def _add_contacts(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """Name the pairs that can touch, cheaper than filtering: tyres and casters on the floor, bumpers on walls."""
-    for tyre in robot.tyres:
-        spec.add_pair(
-            name=floor_pair(tyre),
-            geomname1=names.FLOOR,
-            geomname2=PREFIX + tyre,
-            condim=3,
-            friction=robot.tyre_friction,
-            solref=robot.tyre_solref,
+def _add_targets(spec: mujoco.MjSpec, grid: Grid) -> None:
+    for number, target in enumerate(grid.targets):
+        x_m, y_m = grid.centre_m(target)
+        for part, radius, height_m in ((names.TARGET_RING, 0.42, 0.0006), (names.TARGET_DISC, 0.34, 0.0012)):
+            spec.worldbody.add_geom(
+                spec.find_default("visual"), name=names.of_target(part, number), type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+                material=part, size=[radius * grid.cell_size_m, height_m / 2, 0], pos=[x_m, y_m, height_m / 2],
+            )  # fmt: skip
+
+
+def _grounds(spec: mujoco.MjSpec, grid: Grid) -> list[tuple[str, float]]:
+    """Return what the robot stands on, each with its grip as a factor: the one plane or, with patches, level boxes.
+
+    Cells of a row that grip alike are one box. The patches, other than plain floor, are seen.
+    """
+    if not grid.grip:
+        return [(names.FLOOR, 1.0)]
+    grounds, half = [], grid.cell_size_m / 2
+    box = {"type": mujoco.mjtGeom.mjGEOM_BOX}
+    for (y, factor), cells in itertools.groupby(
+        sorted(grid.all_cells(), key=lambda cell: (cell.y, cell.x)), lambda cell: (cell.y, grid.grip.get(cell, 1.0))
+    ):
+        run = list(cells)
+        (first_m, y_m), (last_m, _) = grid.centre_m(run[0]), grid.centre_m(run[-1])
+        where, half_x, x_m = f"{run[0].x}_{y}", half * len(run), (first_m + last_m) / 2
+        spec.worldbody.add_geom(
+            spec.find_default("collision"),
+            name=f"ground_{where}",
+            size=[half_x, half, 0.05],
+            pos=[x_m, y_m, -0.05],
+            **box,
         )
-    for caster in robot.casters:  # a ball rolls any way: no friction
-        spec.add_pair(
-            name=floor_pair(caster),
-            geomname1=names.FLOOR,
-            geomname2=PREFIX + caster,
-            condim=1,
-            solref=robot.tyre_solref,
-        )
+        if factor != 1.0:
+            spec.worldbody.add_geom(
+                spec.find_default("visual"), name=f"patch_{where}", material="patch", size=[half_x, half, 0.0002],
+                pos=[x_m, y_m, 0.0], **box,
+            )  # fmt: skip
+        grounds.append((f"ground_{where}", factor))
+    return grounds
+
+
+def _add_contacts(spec: mujoco.MjSpec, grid: Grid, robot: Robot) -> None:
+    """Name the pairs that can touch, cheaper than filtering: tyres and casters on the floor, bumpers on walls.
+
+    Friction and solref are those of the robot's geoms.
+    """
+    tyres = [spec.geom(PREFIX + tyre) for tyre in robot.tyres]
+    for ground, factor in _grounds(spec, grid):
+        for tyre in tyres:
+            slide, spin, roll = tyre.friction.tolist()
+            friction = [slide * factor, slide * factor, spin, roll, roll]
+            _add_pair(spec, ground, tyre, condim=3, friction=friction)
+        for caster in casters(spec, robot):  # a ball rolls any way: no friction
+            _add_pair(spec, ground, caster, condim=1)
     for bumper in robot.bumpers:
         for side in names.WALL_SIDES:
-            wall, geom = f"wall_{side}", PREFIX + bumper
-            spec.add_pair(name=f"{geom}_{wall}", geomname1=wall, geomname2=geom, condim=1, solref=robot.bump_solref)
+            _add_pair(spec, f"wall_{side}", spec.geom(PREFIX + bumper), condim=1)
+
+
+def _add_pair(spec: mujoco.MjSpec, other: str, geom: Any, **contact: Any) -> None:
+    spec.add_pair(name=f"{geom.name}_{other}", geomname1=other, geomname2=geom.name, solref=geom.solref, **contact)
 
 
 def _add_cameras(spec: mujoco.MjSpec, grid: Grid) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import mujoco
 import numpy as np
@@ -11,6 +11,9 @@ import numpy as np
 from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.world.perturbation import make_perturbation
 from scla_mj.world.world import World
+
+_SURELY: Final = 0.99
+"""Of a motor's torque, so that rounding does not reach its limit."""
 
 
 class Draw(NamedTuple):
@@ -50,7 +53,7 @@ class DomainRandomisation:
             config,
             control_period_s=control_period_s,
             external_force=world.data.xfrc_applied[world.at.chassis],
-            torque_reach_rad_s=torque_reach_rad_s(world),
+            torque_reach_rad_s=_SURELY * world.dimensions.torque_reach_rad_s,
             rng=drive_rng,
         )
 
@@ -102,8 +105,7 @@ class DomainRandomisation:
         self.draw = draw
         model.body_mass[:] = nominal.body_mass * draw.mass
         model.body_inertia[:] = nominal.body_inertia * draw.mass
-        for pair in nominal.grips:
-            model.pair_friction[pair, :2] = nominal.grip * draw.friction
+        model.pair_friction[nominal.grips, :2] = nominal.grip * draw.friction
         for geom, factor in zip(nominal.tyres, (draw.left_radius, draw.right_radius), strict=True):
             radius_m = nominal.radius_m * factor
             model.geom_size[geom, 0] = radius_m
@@ -119,14 +121,6 @@ class DomainRandomisation:
         self._world.settle(scratch)
 
 
-def torque_reach_rad_s(world: World) -> float:
-    """Return by how much a command may differ from a wheel's speed before the motor's torque is at its limit, less a
-    hundredth, so that rounding does not reach it."""
-    model, motors = world.model, [world.at.left_motor, world.at.right_motor]
-    limits = np.where(model.actuator_forcelimited[motors], model.actuator_forcerange[motors, 1], math.inf)
-    return 0.99 * float((limits / model.actuator_gainprm[motors, 0]).min())
-
-
 class _Nominal:
     """The nominal parameters of the model, copied before anything changes them."""
 
@@ -134,7 +128,8 @@ class _Nominal:
         model, at = world.model, world.at
         self.body_mass = model.body_mass.copy()
         self.body_inertia = model.body_inertia.copy()
-        self.grips, self.tyres = (at.left_grip, at.right_grip), (at.left_tyre, at.right_tyre)
-        self.grip = float(model.pair_friction[at.left_grip, 0])
+        self.tyres = (at.left_tyre, at.right_tyre)
+        self.grips = np.flatnonzero(np.isin(model.pair_geom2, self.tyres))
+        self.grip = model.pair_friction[self.grips, :2].copy()
         self.radius_m = float(model.geom_size[at.left_tyre, 0])
         self.gravity_m_s2 = float(np.linalg.norm(model.opt.gravity))

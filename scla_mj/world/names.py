@@ -12,3 +12,9 @@ ANGLED_CAMERA: Final = "angled"
 WALL_GROUP: Final = 1
 VISUAL_GROUP: Final = 2
 """Groups of geoms, as assets/scene.xml has them: walls are seen and ranged, group 2 is only seen, 3 only touched."""
+
+
+def of_target(part: str, number: int) -> str:
+    """Return the name of a part of a target: as it is of the first, number 0, else with the target's, from 2."""
+    kind, _, what = part.partition("_")
+    return f"{kind}{number + 1 if number else ''}_{what}"

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scla_mj.world import names
 from scla_mj.world.world import World
 
-_ABOVE_AXLE_M: Final = 0.035
-"""Height of the ring: half-way up the walls, so that a robot that leans a little still meets them."""
+_HEIGHT_M: Final = 0.068
+"""Height of the ring above the floor: half-way up the walls, so that a robot that leans a little still meets them."""
 _NO_BODY: Final = -1
 
 
@@ -35,7 +35,8 @@ def ranges_m(world: World, angles_rad: NDArray[np.float64], *, reach_m: float) -
     mujoco.mju_quat2Mat(elements, world.root_qpos[3:])
     frame = elements.reshape(3, 3)
     rays = np.column_stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(len(angles_rad))]) @ frame.T
-    origin = world.root_qpos[:3] + _ABOVE_AXLE_M * frame[:, 2]
+    above_axle_m = round(_HEIGHT_M - world.dimensions.wheel_radius_m, 6)
+    origin = world.root_qpos[:3] + above_axle_m * frame[:, 2]
     groups, met = np.zeros(mujoco.mjNGROUP, dtype=np.uint8), np.empty(1, dtype=np.int32)
     groups[names.WALL_GROUP] = 1
     # One by one: mj_multiRay (3.17) loses the walls, which only planes can touch, where the floor has closed cells.

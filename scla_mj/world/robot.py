@@ -1,17 +1,21 @@
-"""The robot: its MJCF file, the names in it, what MJCF cannot say, and where its parts are in a compiled model.
-
-Another robot is another MJCF file and another `Robot`; `ROBOT` is the one that runs drive (docs/extending.md).
-"""
+"""The robot: its MJCF file, the names that it must have, and what a compiled model of it measures (docs/robot.md)."""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
+from scla_mj.checked import CheckedConfig
+from scla_mj.dimensions import Dimensions
 from scla_mj.errors import SclaError
-from scla_mj.paths import assets_folder
+from scla_mj.paths import shipped_file
+from scla_mj.world.names import VISUAL_GROUP
 
 PREFIX: Final = "robot/"
 """What the arena puts in front of the robot's names."""
@@ -24,68 +28,47 @@ class Robot(NamedTuple):
     about +y. Tuples of two are left and right, or front and rear. What is only for looks is massless and in group 2.
 
     Attributes:
-        mjcf: the MJCF file: a name in the package's assets, or a path.
+        mjcf: the MJCF file: a path, or the name of a robot that ships with the package.
+        sha256: of the file as it must be; empty for any.
         chassis, root_joint: the body that stands for the robot, and its free joint.
-        wheels, wheel_joints, motors: bodies, joints and velocity actuators; the motors' limits are those of the MJCF.
-        tyres, casters: the geoms that touch the floor, tyres as spheres.
+        wheels, wheel_joints, motors: bodies, joints and velocity actuators.
+        tyres: the spheres on which the wheels roll.
         bumpers, touch_sensors: the geoms that touch walls, and the touch sensors of the sites around them.
-        tyre_friction: sliding along and across, spin, and roll along and across, as MuJoCo's pairs have them.
-        tyre_solref, bump_solref: time constant in seconds and damping ratio of a contact with the floor, with a wall.
-        rolling_radius: the radius on which a loaded tyre rolls, as a fraction of the nominal one.
-        tyre_acceleration_m_s2: what a wheel's rim may gain or lose in speed, turn and drive together.
+        caster: how the names of the geoms begin that slide on the floor, if there are any.
     """
 
-    mjcf: str | Path
-    chassis: str
-    root_joint: str
-    wheels: tuple[str, str]
-    wheel_joints: tuple[str, str]
-    motors: tuple[str, str]
-    tyres: tuple[str, str]
-    casters: tuple[str, ...]
-    bumpers: tuple[str, str]
-    touch_sensors: tuple[str, str]
-    tyre_friction: tuple[float, float, float, float, float]
-    tyre_solref: tuple[float, float]
-    bump_solref: tuple[float, float]
-    rolling_radius: float
-    tyre_acceleration_m_s2: float
+    mjcf: str | Path = "burger"
+    sha256: str = ""
+    chassis: str = "chassis"
+    root_joint: str = "root"
+    wheels: tuple[str, str] = ("wheel_left", "wheel_right")
+    wheel_joints: tuple[str, str] = ("wheel_left", "wheel_right")
+    motors: tuple[str, str] = ("drive_left", "drive_right")
+    tyres: tuple[str, str] = ("wheel_left_collision", "wheel_right_collision")
+    bumpers: tuple[str, str] = ("bumper_front_collision", "bumper_rear_collision")
+    touch_sensors: tuple[str, str] = ("touch_front", "touch_rear")
+    caster: str = "caster_collision"
+
+    @property
+    def file(self) -> Path:
+        """Where the MJCF is."""
+        return shipped_file(str(self.mjcf), ".xml")
 
 
-BURGER: Final = Robot(
-    mjcf="burger.xml",
-    chassis="chassis",
-    root_joint="root",
-    wheels=("wheel_left", "wheel_right"),
-    wheel_joints=("wheel_left", "wheel_right"),
-    motors=("drive_left", "drive_right"),
-    tyres=("wheel_left_collision", "wheel_right_collision"),
-    casters=("caster_collision",),
-    bumpers=("bumper_front_collision", "bumper_rear_collision"),
-    touch_sensors=("touch_front", "touch_rear"),
-    # Rubber on tile slides at about 1; spin and roll are MuJoCo's defaults (condim 3 leaves them unused).
-    tyre_friction=(1.0, 1.0, 0.005, 0.0001, 0.0001),
-    # A rubber tyre is overdamped: at critical damping a wheel hops as it speeds up, and a 10 ms step hops differently.
-    tyre_solref=(0.02, 2.0),
-    # A foam bumper: 0.04 s, critically damped, so that a bump ends without a bounce.
-    bump_solref=(0.04, 1.0),
-    # Measured over a known distance, as one calibrates a real robot (tests/sense/test_odometry.py drives it); half of
-    # how deep the tyre is pressed in is as much.
-    rolling_radius=0.988,
-    # 40 % of what a grip of 3.1 N gives half a kilogram.
-    tyre_acceleration_m_s2=2.5,
-)
+BURGER: Final = Robot()
 """A TurtleBot3 Burger with faster motors and with bumpers: assets/burger.xml has its sources."""
 
-ROBOT: Final = BURGER
-"""The robot that runs drive."""
+
+def robot_of(checked: CheckedConfig) -> Robot:
+    """Return the robot that a configuration names."""
+    return Robot(checked.config.robot, checked.config.robot_sha256)
 
 
 class Addresses(NamedTuple):
     """Where the robot's parts are in the arrays of a compiled model and its data: plain numbers for the compiled loop.
 
-    `chassis` is a body's number, the tyres are geoms', the grips those of the pairs tyre and floor; `root_qpos` and
-    `root_dof` are the first of the free joint's seven positions (x y z, quaternion w x y z) and six velocities.
+    `chassis` is a body's number, the tyres are geoms'; `root_qpos` and `root_dof` are the first of the free joint's
+    seven positions (x y z, quaternion w x y z) and six velocities.
     """
 
     root_qpos: int
@@ -101,23 +84,6 @@ class Addresses(NamedTuple):
     chassis: int
     left_tyre: int
     right_tyre: int
-    left_grip: int
-    right_grip: int
-
-
-class Dimensions(NamedTuple):
-    """The robot's measures, read from the compiled model; reaches are how far bumpers stand out from the axle."""
-
-    wheel_radius_m: float
-    track_m: float
-    front_reach_m: float
-    rear_reach_m: float
-    top_wheel_speed_rad_s: float
-
-
-def floor_pair(geom: str) -> str:
-    """Return the name of the contact pair of one of the robot's geoms with the floor."""
-    return f"{PREFIX}{geom}_floor"
 
 
 def one_line(error: Exception) -> str:
@@ -129,25 +95,65 @@ def read(robot: Robot) -> mujoco.MjSpec:
     """Return the robot's MJCF as it stands in its file.
 
     Raises:
-        SclaError: the file cannot be read, or has not every part that the robot names.
+        SclaError: the file cannot be read, has changed, has not every part that a robot must have, or has a part that
+            cannot be driven; one sentence says what would be right.
     """
-    file = assets_folder() / robot.mjcf
+    file = robot.file
     try:
+        digest = hashlib.sha256(file.read_bytes()).hexdigest() if robot.sha256 else ""
         spec = mujoco.MjSpec.from_file(str(file))
     except (ValueError, OSError) as error:
         raise SclaError(f"cannot read the robot's file {file}: {one_line(error)}") from error
+    if digest != robot.sha256:
+        raise SclaError(
+            f"the robot's file {file} has changed since the run began: put back the one of SHA-256 {robot.sha256}, or "
+            "start a new run"
+        )
+    fault = next(_faults(spec, robot), None)
+    if fault is not None:
+        raise SclaError(f"the robot's file {file} {fault} (docs/robot.md)")
+    return spec
+
+
+def _faults(spec: mujoco.MjSpec, robot: Robot) -> Iterator[str]:
+    """Say what is wrong with a file, and what would be right."""
     named = {
         "body": (robot.chassis, *robot.wheels),
         "joint": (robot.root_joint, *robot.wheel_joints),
         "actuator": robot.motors,
-        "geom": (*robot.tyres, *robot.casters, *robot.bumpers),
+        "geom": (*robot.tyres, *robot.bumpers),
         "sensor": robot.touch_sensors,
     }
     for kind, names in named.items():
         for name in names:
             if getattr(spec, kind)(name) is None:
-                raise SclaError(f"the robot's file {file} has no {kind} named {name}: its Robot names one")
-    return spec
+                there = ", ".join(
+                    sorted(part.name for part in getattr(spec, _PLURALS.get(kind, f"{kind}s")) if part.name)
+                )
+                yield f"has no {kind} named {name}: give the right one that name; there are {there or 'none'}"
+    if spec.joint(robot.root_joint).type != mujoco.mjtJoint.mjJNT_FREE:
+        yield f'has a joint {robot.root_joint} that is not free: write <freejoint name="{robot.root_joint}"/>'
+    for body in robot.wheels:
+        if spec.body(body).parent.name != robot.chassis:
+            yield f"has the wheel {body} outside the body {robot.chassis}: put it into that"
+    for tyre in robot.tyres:
+        if spec.geom(tyre).type != mujoco.mjtGeom.mjGEOM_SPHERE:
+            yield f"has a tyre {tyre} that is no sphere: make it one, which touches the floor in one point"
+    left_m, right_m = (float(spec.body(wheel).pos[1]) for wheel in robot.wheels)
+    if left_m <= 0.0 or abs(left_m + right_m) > _TINY_M or any(spec.body(wheel).pos[0] for wheel in robot.wheels):
+        yield (
+            f"has wheels at y = {left_m:g} and {right_m:g} m: put {robot.wheels[0]} and {robot.wheels[1]} at x = 0, as "
+            f"far to the left as to the right of the {robot.chassis}' origin"
+        )
+
+
+_PLURALS: Final = {"body": "bodies"}
+_TINY_M: Final = 1e-6
+
+
+def casters(spec: mujoco.MjSpec, robot: Robot) -> list[Any]:
+    """Return the geoms that slide on the floor."""
+    return [geom for geom in spec.geoms if geom.name.removeprefix(PREFIX).startswith(robot.caster)]
 
 
 def locate(model: Any, robot: Robot) -> Addresses:
@@ -171,21 +177,82 @@ def locate(model: Any, robot: Robot) -> Addresses:
         chassis=int(model.body(PREFIX + robot.chassis).id),
         left_tyre=int(model.geom(PREFIX + left_tyre).id),
         right_tyre=int(model.geom(PREFIX + right_tyre).id),
-        left_grip=int(model.pair(floor_pair(left_tyre)).id),
-        right_grip=int(model.pair(floor_pair(right_tyre)).id),
     )
 
 
 def measure(model: Any, robot: Robot) -> Dimensions:
-    """Return the robot's dimensions in a compiled model."""
+    """Return the robot's dimensions in a compiled model.
+
+    Raises:
+        SclaError: it would not stand on its wheels, or its motors have no limits.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    chassis = model.body(PREFIX + robot.chassis).id
+    axle_m, wheel_radius_m = data.xpos[chassis], float(model.geom(PREFIX + robot.tyres[0]).size[0])
     left_y_m, right_y_m = (float(model.body(PREFIX + wheel).pos[1]) for wheel in robot.wheels)
     bumpers = [model.geom(PREFIX + bumper) for bumper in robot.bumpers]
     front, rear = (abs(float(model.body_pos[bumper.bodyid[0], 0])) + float(bumper.size[0]) for bumper in bumpers)
+    ahead_m, _, above_m = (data.subtree_com[chassis] - axle_m).tolist()
+    slides = [
+        float(data.geom_xpos[geom, 0] - axle_m[0])
+        for geom in range(model.ngeom)
+        if model.geom(geom).name.startswith(PREFIX + robot.caster)
+    ]
     motors = [model.actuator(PREFIX + motor) for motor in robot.motors]
-    return Dimensions(
-        wheel_radius_m=float(model.geom(PREFIX + robot.tyres[0]).size[0]),
+    torques = [float(motor.forcerange[1]) if motor.forcelimited[0] else 0.0 for motor in motors]
+    dimensions = Dimensions(
+        wheel_radius_m=wheel_radius_m,
         track_m=left_y_m - right_y_m,
         front_reach_m=front,
         rear_reach_m=rear,
         top_wheel_speed_rad_s=min(float(motor.ctrlrange[1]) for motor in motors),
+        turning_radius_m=_turning_radius_m(model, data, chassis),
+        mass_kg=float(model.body_subtreemass[chassis]),
+        com_behind_m=-ahead_m,
+        com_height_m=above_m + wheel_radius_m,
+        caster_behind_m=max(0.0, *(-x for x in slides)) if slides else 0.0,
+        caster_ahead_m=max(0.0, *slides) if slides else 0.0,
+        yaw_inertia_kg_m2=_yaw_inertia_kg_m2(model, data, chassis),
+        friction=float(model.geom(PREFIX + robot.tyres[0]).friction[0]),
+        motor_torque_n_m=min(torques),
+        torque_reach_rad_s=min(torques) / min(float(motor.gainprm[0]) for motor in motors),
     )
+    _refuse_undrivable(dimensions, robot)
+    return dimensions
+
+
+def _refuse_undrivable(own: Dimensions, robot: Robot) -> None:
+    which, off_m, caster_m = ("behind", own.com_behind_m, own.caster_behind_m)
+    if off_m < 0.0:
+        which, off_m, caster_m = ("ahead of", -off_m, own.caster_ahead_m)
+    if off_m >= caster_m:
+        raise SclaError(
+            f"the robot of {robot.file} tips over: its centre of mass lies {1000 * off_m:.1f} mm {which} the axle, and "
+            f"no {robot.caster} further out; add one there or move the mass"
+        )
+    if own.top_wheel_speed_rad_s <= 0.0 or own.motor_torque_n_m <= 0.0:
+        raise SclaError(
+            f"the robot of {robot.file} has motors without limits: give both a ctrlrange (rad/s) and a forcerange (N m)"
+        )
+
+
+def _turning_radius_m(model: Any, data: Any, chassis: int) -> float:
+    """Return how far any corner of the robot that is more than looks lies from the axle's midpoint, seen from above."""
+    corners: NDArray[np.float64] = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1)
+    radii = [0.0]
+    for geom in np.flatnonzero((model.body_rootid[model.geom_bodyid] == chassis) & (model.geom_group != VISUAL_GROUP)):
+        centre, half = model.geom_aabb[geom, :3, None], model.geom_aabb[geom, 3:, None]
+        placed = data.geom_xmat[geom].reshape(3, 3) @ (centre + half * corners) + data.geom_xpos[geom][:, None]
+        radii.append(float(np.hypot(*(placed - data.xpos[chassis][:, None])[:2]).max()))
+    return max(radii)
+
+
+def _yaw_inertia_kg_m2(model: Any, data: Any, chassis: int) -> float:
+    total = 0.0
+    for body in np.flatnonzero(model.body_rootid == chassis):
+        frame = data.ximat[body].reshape(3, 3)
+        arm = (data.xipos[body] - data.xpos[chassis])[:2]
+        total += float(frame[2] ** 2 @ model.body_inertia[body] + model.body_mass[body] * (arm @ arm))
+    return total

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
@@ -15,7 +14,7 @@ from scla_mj.clock import Clock
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell, Grid
 from scla_mj.world.arena import compose
-from scla_mj.world.robot import ROBOT, Robot, locate, measure, one_line
+from scla_mj.world.robot import BURGER, Robot, locate, measure, one_line
 
 UPRIGHT_COSINE: Final = 0.9
 """A chassis whose up axis leans further than this (26 degrees) has fallen: the wheels no longer carry it."""
@@ -26,6 +25,9 @@ _SPAWNS_KEPT: Final = 4096
 """States of half a kilobyte: enough for four headings in every cell of 32 x 32."""
 _DROP_M: Final = 0.005
 """Height above the nominal one from which a randomised robot settles: more than its wheels can have grown."""
+
+_CLEARANCE_M: Final = 0.004
+"""What a cell must be wider than the circle that the robot sweeps as it turns."""
 
 
 class Pose(NamedTuple):
@@ -49,19 +51,22 @@ class World:
         robot, at, dimensions: the robot, its parts' addresses, and its measures in the compiled model.
         model, data: raw MuJoCo.
         steps: physics steps since the spawn, counted by whoever steps `data`; `faults` compares them with its time.
+        rolling_radius_m: on which the loaded tyres roll: less by half of how deep they are pressed in.
         root_qpos: a view of the robot's position and quaternion, shape (7,).
 
     Raises:
-        SclaError: the robot's file cannot be read or compiled, or lacks a part that the robot names.
+        SclaError: the robot's file cannot be read or compiled, or lacks a part that a robot must have, or
+            the robot is too large for the cells.
     """
 
-    def __init__(self, grid: Grid, clock: Clock, robot: Robot = ROBOT, *, lean: bool = True) -> None:
+    def __init__(self, grid: Grid, clock: Clock, robot: Robot = BURGER, *, lean: bool = True) -> None:
         _silence_warning_log()
         self.grid, self.robot = grid, robot
         self._clock = clock
         self.model: Any = self._compile(lean=lean)
         self.data: Any = mujoco.MjData(self.model)
         self.at, self.dimensions = locate(self.model, robot), measure(self.model, robot)
+        self._refuse_narrow_cells()
         # Views, taken once: an attribute of MjData costs as much as a move's arithmetic.
         self._qpos, self._qvel, self._warnings = self.data.qpos, self.data.qvel, self.data.warning.number
         self._root = slice(self.at.root_qpos, self.at.root_qpos + 7)
@@ -69,8 +74,18 @@ class World:
         self._timestep = float(self.model.opt.timestep)
         self.steps = 0
         self._resting_qpos = self._settle()
+        radius_m, axle_m = self.dimensions.wheel_radius_m, float(self._resting_qpos[self._root][2])
+        self.rolling_radius_m = round((radius_m + axle_m) / 2 / radius_m, 3) * radius_m
         self._spawned: dict[tuple[Cell, float], NDArray[np.float64]] = {}
         self.spawn(grid.target, 0.0)
+
+    def _refuse_narrow_cells(self) -> None:
+        needed_m = 2 * self.dimensions.turning_radius_m + _CLEARANCE_M
+        if needed_m > self.grid.cell_size_m:
+            raise SclaError(
+                f"--cell-size-m is {self.grid.cell_size_m:g}: the robot of {self.robot.file.name} needs cells of at "
+                f"least {math.ceil(1000 * needed_m) / 1000:g} m to turn in"
+            )
 
     def drawable_model(self) -> Any:
         """Return a compiled model with everything that is only for looks; it takes the states of this world's model."""
@@ -80,7 +95,7 @@ class World:
         try:
             return compose(self.grid, self._clock, self.robot, lean=lean).compile()
         except ValueError as error:
-            raise SclaError(f"cannot compile {self.robot.mjcf}: {one_line(error)}") from error
+            raise SclaError(f"cannot compile {self.robot.file}: {one_line(error)}") from error
 
     def spawn(self, cell: Cell, heading_rad: float, *, derive: bool = True) -> None:
         """Reset the whole state, with the robot at rest on a cell's centre at its own resting height, and time 0.
@@ -126,9 +141,9 @@ class World:
         mujoco.mj_forward(self.model, self.data)
         return self._integrated()
 
-    def move_target(self, cell: Cell) -> None:
-        """Put the target into another cell; it is a mark on the floor that touches nothing."""
-        self.grid = dataclasses.replace(self.grid, target=cell)
+    def move_target(self, grid: Grid) -> None:
+        """Put the targets where `grid` has them; they are marks on the floor that touch nothing."""
+        self.grid = grid
 
     def state(self) -> dict[str, Any]:
         """Return the state that MuJoCo integrates, as one array, and the count of steps."""

@@ -25,19 +25,27 @@ from scla_mj.control.motion import (
     make_gains,
 )
 from scla_mj.control.profile import braking_speed, slew, wrap_angle
+from scla_mj.dimensions import Dimensions
 
 PERIOD_S, RADIUS_M, TRACK_M = 0.01, 0.033, 0.160
-GAINS = make_gains(
-    ControllerConfig(),
-    period_s=PERIOD_S,
+BURGER = Dimensions(
     wheel_radius_m=RADIUS_M,
     track_m=TRACK_M,
     front_reach_m=0.066,
     rear_reach_m=0.112,
     top_wheel_speed_rad_s=25.0,
-    tyre_acceleration_m_s2=2.5,
-    cell_size_m=0.30,
+    turning_radius_m=0.132,
+    mass_kg=1.0,
+    com_behind_m=0.029,
+    com_height_m=0.087,
+    caster_behind_m=0.081,
+    caster_ahead_m=0.0,
+    yaw_inertia_kg_m2=0.0042,
+    friction=1.0,
+    motor_torque_n_m=0.08,
+    torque_reach_rad_s=2.67,
 )
+GAINS = make_gains(ControllerConfig(), BURGER, period_s=PERIOD_S, cell_size_m=0.30)
 GOAL = Goal(0.0, 0.0, 0.30, 0.0)
 
 

@@ -20,11 +20,10 @@ from scla_mj.sense.odometry import (
     make_odometer,
     place,
 )
-from scla_mj.world.robot import BURGER
 from scla_mj.world.world import World
 
 PERIOD_S, RADIUS_M = 0.01, 0.033
-ROLLING_M = BURGER.rolling_radius * RADIUS_M
+ROLLING_M = 0.988 * RADIUS_M
 
 
 @njit
@@ -110,4 +109,4 @@ def test_the_calibration_drive_measures_the_rolling_radius():
         x, wheel = world.data.qpos[0], world.data.qpos[7]
         mujoco.mj_step(world.model, world.data, nstep=round(3.0 / (speed_rad_s * RADIUS_M * clock.physics_step_s)))
         measured.append((world.data.qpos[0] - x) / (world.data.qpos[7] - wheel) / RADIUS_M)
-    assert measured == pytest.approx([BURGER.rolling_radius] * 3, abs=0.003)
+    assert measured == pytest.approx([0.988] * 3, abs=0.003)

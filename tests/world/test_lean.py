@@ -58,7 +58,7 @@ def test_a_world_compiles_nothing_that_is_only_for_looks(grid):
     lean, full = World(grid, CLOCK).model, World(grid, CLOCK, lean=False).model
     assert (lean.ntex, lean.nmat, lean.nlight, lean.ncam) == (0, 0, 0, 0)
     assert [lean.geom(int(i)).name for i in np.flatnonzero(lean.geom_group == names.VISUAL_GROUP)] == [names.FLOOR]
-    assert (full.ntex, full.nmat, full.nlight, full.ncam) == (2, 16, 2, 2)
+    assert (full.ntex, full.nmat, full.nlight, full.ncam) == (2, 17, 2, 2)
     assert lean.nbuffer < full.nbuffer / 50
 
 
@@ -88,7 +88,7 @@ def contacts(model):
 
 def test_the_model_to_draw_takes_the_worlds_states_and_has_the_target_where_it_is_now():
     world = World(OPEN, CLOCK)
-    world.move_target(Cell(1, 2))
+    world.move_target(Grid(OPEN.cells, Cell(1, 2), OPEN.cell_size_m))
     drawable = world.drawable_model()
     assert mujoco.mj_stateSize(drawable, STATE) == mujoco.mj_stateSize(world.model, STATE)
     for name in (names.TARGET_DISC, names.TARGET_RING):

@@ -13,14 +13,13 @@ from scla_mj.config import ClockConfig, ControllerConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.loop.drive import Driver
-from scla_mj.paths import assets_folder
 from scla_mj.signals import Outcome
 from scla_mj.world.robot import BURGER, PREFIX
 from scla_mj.world.world import World
 
 CLOCK = resolve_clock(ClockConfig())
 GRID = Grid((5, 5), Cell(3, 3), 0.30)
-BURGER_XML = (assets_folder() / BURGER.mjcf).read_text(encoding="utf-8")
+BURGER_XML = BURGER.file.read_text(encoding="utf-8")
 
 
 def write(folder, *changes):

@@ -262,7 +262,7 @@ def policies(items: Sequence[Evidence]) -> Figure:
 def _policy_rows(item: Evidence, probabilities: Array) -> list[Row]:
     """Return every cell's action probabilities, and that of an action that brings the target one move nearer."""
     grid, rows = item.last_grid, list[Row]()
-    for cell in (cell for cell in grid.open_cells() if cell != grid.target):
+    for cell in (cell for cell in grid.open_cells() if cell not in grid.targets):
         chances = probabilities[cell.x - 1, cell.y - 1]
         good = [action for action, beyond in grid.neighbours(cell) if grid.distances[beyond] < grid.distances[cell]]
         rows.append((item.experiment.title, cell.x, cell.y, *chances.tolist(), float(chances[good].sum())))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from numpy.typing import NDArray
@@ -20,15 +20,26 @@ _MEAN_TOLERANCE: Final = 1e-4
 
 
 _CEILING: Final = "ceiling_hits_per_1000"
-_SETTINGS: Final = ("protocol", "seed", "telemetry", "cells", "target", "cell_size_m", "thinking_window_s", _CEILING)
+_SETTINGS: Final = (
+    "protocol",
+    "seed",
+    "telemetry",
+    "cells",
+    "target",
+    "others",
+    "cell_size_m",
+    "thinking_window_s",
+    _CEILING,
+)
 
 
 class RunFiles(NamedTuple):
     """What the run's other files say, as plain values; None for a file that is not to be compared.
 
-    `config` has seed, protocol, telemetry, cells, target, cell_size_m, thinking_window_s, jump, an epoch and a cell
-    or None, and the brain's anatomy. `decisions` has `epochs`, `transitions`, `max_position_error_m` and `simulated_s`
-    as `summary` has them, counted from the rows of decisions.parquet, and the `spikes` of each motor population.
+    `config` has seed, protocol, telemetry, cells, target, others, cell_size_m, thinking_window_s, the `jumps`, each an
+    epoch and where the first target is from then on, and the brain's anatomy. `decisions` has `epochs`, `transitions`,
+    `max_position_error_m` and `simulated_s` as `summary` has them, counted from the rows of decisions.parquet, and the
+    `spikes` of each motor population.
     `summary` is the content of summary.json, `brain` that of brain.npz.
     """
 
@@ -60,7 +71,7 @@ def compare(inspection: Inspection | None, files: RunFiles) -> list[Comparison]:
     if files.config is not None:
         rows += _compare_settings(CONFIG_JSON, reference, files.config)
         if inspection is not None:
-            rows.append(_compare_jump(inspection, files.config["jump"]))
+            rows.append(_compare_jumps(inspection, files.config["jumps"]))
             if "anatomy" in files.config:
                 rows.append(_compare_anatomy(inspection.anatomy, files.config["anatomy"]))
     if files.decisions is not None:
@@ -99,7 +110,10 @@ def _row(file: str, what: str, reference: Any, found: Any, tolerance: float = 0.
 
 
 def _plain(value: Any) -> Any:
-    return tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else value
+    """Return a value of a file or a recording, which has lists of pairs as one list, so that both compare."""
+    if not isinstance(value, Iterable) or isinstance(value, str):
+        return value
+    return tuple(number for part in value for number in (_plain(part) if isinstance(part, Iterable) else (part,)))
 
 
 def _text(value: Any) -> str:
@@ -114,10 +128,10 @@ def _compare_settings(file: str, reference: Mapping[str, Any], run: Mapping[str,
     return [_row(file, what, reference[what], run[what]) for what in _SETTINGS if what in reference and what in run]
 
 
-def _compare_jump(inspection: Inspection, jump: Any) -> Comparison:
+def _compare_jumps(inspection: Inspection, jumps: Sequence[tuple[int, int, int]]) -> Comparison:
     last = inspection.epochs[-1].epoch if inspection.epochs else 0
     recorded = tuple((jump.epoch, *jump.target) for jump in inspection.jumps) or None
-    run = None if jump is None or jump[0] > last else ((jump[0], *jump[1]),)
+    run = tuple(jump for jump in jumps if jump[0] <= last) or None
     return _row(CONFIG_JSON, "jump of the target: epoch, x, y", recorded, run)
 
 
@@ -144,7 +158,9 @@ def _compare_summary(
 ) -> list[Comparison]:
     at_once = any(jump.epoch == 1 for jump in inspection.jumps)  # summary.json then has the target from before
     rows = _compare_settings(
-        SUMMARY_JSON, reference, {what: summary[what] for what in summary if not (at_once and what == "target")}
+        SUMMARY_JSON,
+        reference,
+        {what: summary[what] for what in summary if not (at_once and what in ("target", "others"))},
     )
     for epoch, own in zip(inspection.epochs, summary["epochs"], strict=False):
         rows.append(_row(SUMMARY_JSON, f"epoch {epoch.epoch}, ceiling", epoch.ceiling_hits_per_1000, own[_CEILING]))

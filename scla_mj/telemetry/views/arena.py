@@ -54,7 +54,7 @@ class Arena(base.View):
 
     def __init__(self, stream: rr.RecordingStream, run: base.RecordedRun) -> None:
         super().__init__(stream, run)
-        self._first_target = run.grid.target
+        self._first_targets = run.grid.targets
         self._chassis = int(run.model.jnt_bodyid[np.flatnonzero(run.model.jnt_type == _FREE_JOINT)[0]])
         self._paths = _body_paths(run.model, self._chassis)
         self._wheels = _wheels(run.model, self._chassis)
@@ -132,9 +132,12 @@ class Arena(base.View):
             self.stream.log(_TILES, rr.Boxes3D.from_fields(colors=tinted.astype(np.uint8)))
 
     def move_target(self) -> None:
-        """Move the target's shapes to their new cell."""
-        old, new = (self.run.grid.centre_m(cell) for cell in (self._first_target, self.run.grid.target))
-        self.stream.log(names.TARGET, rr.Transform3D(translation=(new[0] - old[0], new[1] - old[1], 0.0)))
+        """Move the targets' shapes to their new cells."""
+        grid = self.run.grid
+        for number, cells in enumerate(zip(self._first_targets, grid.targets, strict=True), 1):
+            old, new = map(grid.centre_m, cells)
+            path = names.TARGET if number == 1 else f"{names.TARGET}{number}"
+            self.stream.log(path, rr.Transform3D(translation=(new[0] - old[0], new[1] - old[1], 0.0)))
 
     @property
     def _tinted(self) -> bool:
@@ -188,7 +191,7 @@ def _log_geoms(stream: rr.RecordingStream, model: Any, paths: dict[int, str]) ->
     batches: defaultdict[tuple[str, int], list[int]] = defaultdict(list)
     for geom in range(model.ngeom):
         if model.geom_group[geom] < _FIRST_HIDDEN_GROUP and _rgba(model, geom)[3] > 0:
-            kind = re.match(r"[a-z]*", model.geom(geom).name.lower())
+            kind = re.match(r"[a-z0-9]*", model.geom(geom).name.lower())
             label = kind[0] if kind and kind[0] else "geoms"
             batches[f"{paths[int(model.geom_bodyid[geom])]}/{label}", int(model.geom_type[geom])].append(geom)
     for (path, shape), geoms in batches.items():

@@ -80,7 +80,7 @@ class Learned(base.View):
 
 def _policy_arrows(probabilities: NDArray[np.float64], grid: Grid) -> rr.Arrows3D:
     """Return an arrow per cell and action, as long and as bright as the action is probable."""
-    cells = [cell for cell in grid.open_cells() if cell != grid.target]
+    cells = [cell for cell in grid.open_cells() if cell not in grid.targets]
     rows = np.array([[cell.x - 1, cell.y - 1] for cell in cells])
     centres = np.array([[*grid.centre_m(cell), _ARROW_HEIGHT_M] for cell in cells])
     steps = np.array([[*action.step, 0] for action in Action], float)

@@ -8,6 +8,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from scla_mj.config import Telemetry
+from scla_mj.grid import said
 from scla_mj.signals import DecisionRecord, Outcome
 from scla_mj.telemetry.views import base
 
@@ -48,8 +49,7 @@ class Text(base.View):
 
     def move_target(self) -> None:
         """Log where the target went."""
-        x, y = self.run.grid.target
-        self._say(f"the target jumps to cell ({x}, {y})", rr.TextLogLevel.WARN)
+        self._say(f"the {said(self.run.grid.targets, (' jumps to cell', 's jump to cells'))}", rr.TextLogLevel.WARN)
 
     def stop(self, decisions: int) -> None:
         """Log that the run stops early."""
@@ -79,7 +79,7 @@ def _about(run: base.RecordedRun) -> str:
     """Return the page as Markdown."""
     columns, rows = run.grid.cells
     return f"""# A robot that learns to reach its target
-{columns} x {rows} cells of {run.grid.cell_size_m:g} m, target in cell ({run.grid.target.x}, {run.grid.target.y}).
+{columns} x {rows} cells of {run.grid.cell_size_m:g} m, {said(run.grid.targets)}.
 Protocol `{run.config.protocol}`, where a shortest path earns {run.ceiling_hits_per_1000:.1f} hits in 1000 decisions.
 Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
 

@@ -72,7 +72,7 @@ CONFIG = {
     "target": (3, 3),
     "cell_size_m": 0.3,
     "thinking_window_s": 0.05,
-    "jump": None,
+    "jumps": [],
 }
 
 
@@ -164,7 +164,7 @@ def test_each_difference_from_the_run_is_named(folder, run, memory):
         ({"protocol": "sensed-start"}, "protocol"),
         ({"telemetry": "full"}, "telemetry"),
         ({"thinking_window_s": 0.04}, "thinking_window_s"),
-        ({"jump": (2, (1, 5))}, "jump of the target: epoch, x, y"),
+        ({"jumps": [(2, 1, 5)]}, "jump of the target: epoch, x, y"),
     ],
 )
 def test_a_setting_that_is_not_the_recordings_is_named(folder, change, named):
@@ -179,8 +179,8 @@ def test_a_jump_of_the_target_is_told_by_the_recording_alone(tmp_path):
     seen = inspect_recording(tmp_path / "r.rrd")
     assert seen.jumps == ((2, (1, 5)),)
     assert [epoch.ceiling_hits_per_1000 for epoch in seen.epochs] == [400.0, 240.0, 240.0]
-    for jump, agrees in (((2, (1, 5)), True), ((3, (1, 5)), False), ((2, (1, 4)), False), (None, False)):
-        rows = compare(seen, RunFiles(config=CONFIG | {"jump": jump}))
+    for jumps, agrees in (([(2, 1, 5)], True), ([(3, 1, 5)], False), ([(2, 1, 4)], False), ([], False)):
+        rows = compare(seen, RunFiles(config=CONFIG | {"jumps": jumps}))
         assert all(row.agrees for row in rows) is agrees
 
 
