@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from scla_mj.anatomy import POPULATION_NAMES, PROJECTION_NAMES
-from scla_mj.checked_path import checked_path
 from scla_mj.clock import Clock, resolve_clock
 from scla_mj.config import NetworkConfig, PlasticityConfig, RunConfig, flatten, option_of
 from scla_mj.errors import SclaError
-from scla_mj.floor import floor_of, with_floor
+from scla_mj.floor import floor_of, with_files
 from scla_mj.grid import Cell, Grid
 from scla_mj.markov import ceiling_hits_per_1000, chance_hits_per_1000
-from scla_mj.paths import assets_folder, shipped_file
 from scla_mj.validation import shown, validated
 
 
@@ -60,7 +57,7 @@ class CheckedConfig:
     """
 
     def __init__(self, config: RunConfig) -> None:
-        self.config: Final = _with_files(_validated(config))
+        self.config: Final = with_files(_validated(config))
         self.clock: Final[Clock] = resolve_clock(self.config.clock)
         _check_weights(self.config)
         check_time_constants(self.config.plasticity, self.clock.neural_step_ms)
@@ -188,22 +185,6 @@ def _validated(config: RunConfig) -> RunConfig:
 
 def _content(value: Any) -> Any:
     return dataclasses.asdict(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
-
-
-def _with_files(config: RunConfig) -> RunConfig:
-    """Return the settings with what they need of the files that they name: a map's text, a robot's digest."""
-    config = dataclasses.replace(config, grid=with_floor(config.grid))
-    path = checked_path(config.robot, "--robot")
-    file = shipped_file(config.robot, ".xml")
-    if config.robot_sha256 or file.parent == assets_folder():
-        return config
-    try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise SclaError(
-            f"--robot {config.robot} cannot be read: {error.strerror}; name an MJCF file, burger or mouse"
-        ) from error
-    return dataclasses.replace(config, robot=str(file.absolute()), robot_sha256=digest)
 
 
 def _grid(config: RunConfig, targets: tuple[Cell, ...]) -> Grid:

@@ -1,17 +1,18 @@
-"""A floor of one's own: a map in a text file, with closed cells, targets that move, starts and grip (docs/floor.md)."""
+"""Files that settings name; a floor is a map of closed cells, targets that move, starts and grip (docs/floor.md)."""
 
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import re
 from collections import defaultdict
 from typing import Any, Final, NamedTuple
 
 from scla_mj.checked_path import checked_path
-from scla_mj.config import GridConfig
+from scla_mj.config import GridConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Cell
-from scla_mj.paths import shipped_file
+from scla_mj.paths import assets_folder, shipped_file
 from scla_mj.validation import shown
 
 _LEAST_GRIP: Final = 0.05
@@ -43,7 +44,7 @@ def with_floor(grid: GridConfig) -> GridConfig:
     """
     if grid.floor and not grid.floor_text:
         grid = dataclasses.replace(grid, floor_text=_read(grid.floor))
-    if not grid.floor_text:
+    if not (grid.floor or grid.floor_text):
         return grid
     floor = floor_of(grid)
     found: dict[str, Any] = {
@@ -56,6 +57,26 @@ def with_floor(grid: GridConfig) -> GridConfig:
             option = f"--{name.replace('_', '-')}"
             raise SclaError(f"{option} is {shown(getattr(grid, name))}, but --floor has its own: leave {option} out")
     return dataclasses.replace(grid, **found)
+
+
+def with_files(config: RunConfig) -> RunConfig:
+    """Return the settings with what they need of the files that they name: a map's text, a robot's digest.
+
+    Raises:
+        SclaError: as `with_floor`; or the robot's file cannot be read.
+    """
+    config = dataclasses.replace(config, grid=with_floor(config.grid))
+    path = checked_path(config.robot, "--robot")
+    file = shipped_file(config.robot, ".xml")
+    if config.robot_sha256 or file.parent == assets_folder():
+        return config
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise SclaError(
+            f"--robot {config.robot} cannot be read: {error.strerror}; name an MJCF file, burger or mouse"
+        ) from error
+    return dataclasses.replace(config, robot=str(file.absolute()), robot_sha256=digest)
 
 
 def refuse_changed_floor(grid: GridConfig) -> None:

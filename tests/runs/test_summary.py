@@ -18,8 +18,8 @@ from scla_mj.runs.summary import epoch_summary, read_summary, write_summary
 from scla_mj.signals import Localised, Outcome
 
 KEYS = (
-    "brain protocol seed cells target others crossed_epoch ceiling_hits_per_1000 chance_hits_per_1000 epochs transitions "
-    "max_position_error_m simulated_s wall_s localisation"
+    "brain protocol seed cells target others crossed_epoch ceiling_hits_per_1000 chance_hits_per_1000 epochs "
+    "transitions max_position_error_m simulated_s wall_s localisation"
 )
 
 

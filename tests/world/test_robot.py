@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
 
+from scla_mj.checked import check
 from scla_mj.clock import resolve_clock
-from scla_mj.config import ClockConfig, ControllerConfig
+from scla_mj.config import ClockConfig, ControllerConfig, RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.grid import Action, Cell, Grid
-from scla_mj.loop.drive import Driver
+from scla_mj.loop.drive import Driver, gains_of
 from scla_mj.signals import Outcome
-from scla_mj.world.robot import BURGER, PREFIX
+from scla_mj.world.robot import BURGER, PREFIX, robot_of
 from scla_mj.world.world import World
 
 CLOCK = resolve_clock(ClockConfig())
@@ -117,3 +119,80 @@ def test_a_file_that_is_no_such_robot_is_refused_in_one_sentence(tmp_path):
         World(GRID, CLOCK, robot)
     with pytest.raises(SclaError, match=r"cannot read the robot's file .*nowhere\.xml"):
         World(GRID, CLOCK, BURGER._replace(mjcf="nowhere.xml"))
+
+
+def disc_of_the_page(folder):
+    text = (Path(__file__).parents[2] / "docs" / "robot.md").read_text(encoding="utf-8")
+    file = folder / "disc.xml"
+    file.write_text(text.split("```xml\n")[1].split("```")[0], encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("name", ["mouse", "disc"])
+def test_robots_of_other_sizes_weights_motors_and_casters_end_every_move_where_they_should(name, tmp_path):
+    robot = BURGER._replace(mjcf=name if name == "mouse" else disc_of_the_page(tmp_path))
+    world = World(GRID, CLOCK, robot)
+    driver = Driver(world, CLOCK, ControllerConfig())
+    for cell, action, move in walk(driver, world, 150):
+        beyond = GRID.after(cell, action)
+        assert move.after == beyond
+        assert move.outcome == (Outcome.MOVED if beyond != cell else Outcome.BLOCKED)
+        assert move.position_error_m <= 0.006
+
+
+def test_the_controller_asks_of_a_robot_no_more_than_its_motors_tyres_and_balance_allow(tmp_path):
+    config = ControllerConfig()
+    plain = gains_of(World(GRID, CLOCK), CLOCK, config)
+    assert plain.forward_acceleration_m_s2 == config.forward_acceleration_m_s2
+    assert plain.max_turn_acceleration_rad_s2 == config.max_turn_acceleration_rad_s2
+
+    def gains(*changes):
+        return gains_of(World(GRID, CLOCK, BURGER._replace(mjcf=write(tmp_path, *changes))), CLOCK, config)
+
+    weak = gains(('forcerange="-0.080 0.080"', 'forcerange="-0.020 0.020"'))
+    assert weak.forward_acceleration_m_s2 == pytest.approx(0.65 * 2 * 0.020 / 0.033 / 1.0017, rel=1e-3)  # F = m a
+    slow = gains(('ctrlrange="-25 25"', 'ctrlrange="-10 10"'))
+    assert (slow.max_speed_m_s, slow.max_turn_rate_rad_s) == pytest.approx((0.33, 0.8 * 2 * 0.33 / 0.16))
+    slippery = gains(('friction="1 0.005 0.0001"', 'friction="0.3 0.005 0.0001"'))
+    assert slippery.forward_acceleration_m_s2 < 0.3 * 9.81
+    assert slippery.tyre_acceleration_m_s2 == pytest.approx(0.3 * plain.tyre_acceleration_m_s2, abs=0.06)
+    top_heavy = gains(('size="0.0508 0.0275" pos="-0.020 0 0.1315"', 'size="0.0508 0.0275" pos="-0.020 0 0.60"'))
+    assert top_heavy.backward_acceleration_m_s2 < plain.backward_acceleration_m_s2
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            ('name="wheel_right" pos', 'name="wheel_other" pos'),
+            r"has no body named wheel_right: .* there are .*wheel_other",
+        ),
+        (('pos="0 -0.080 0"', 'pos="0 -0.090 0"'), r"has wheels at y = 0\.08 and -0\.09 m: put"),
+        (
+            ('<geom type="sphere" size="0.033"', '<geom type="box" size="0.033 0.01 0.033"'),
+            "that is no sphere: make it one",
+        ),
+        (
+            ('pos="-0.081 0 -0.027" mass', 'pos="-0.020 0 -0.027" mass'),
+            "tips over: its centre of mass lies 28.* behind the axle",
+        ),
+        (('ctrlrange="-25 25" forcerange="-0.080 0.080"', ""), "has motors without limits: give both a ctrlrange"),
+        (('"0 0.062 0 0 -0.062 0"', '"0 0.162 0 0 -0.162 0"'), r"needs cells of at least 0\.40\d m to turn in"),
+    ],
+)
+def test_a_robot_that_cannot_drive_is_told_what_would_be_right(tmp_path, change, said):
+    with pytest.raises(SclaError, match=said) as refused:
+        World(GRID, CLOCK, BURGER._replace(mjcf=write(tmp_path, change)))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_run_keeps_the_digest_of_its_robot_and_drives_no_changed_one(tmp_path):
+    file = write(tmp_path)
+    checked = check(RunConfig(robot=str(file)))
+    assert len(checked.config.robot_sha256) == 64
+    World(GRID, CLOCK, robot_of(checked))
+    write(tmp_path, ('size="0.033" mass="0"', 'size="0.030" mass="0"'))
+    with pytest.raises(SclaError, match="has changed since the run began: put back the one of SHA-256"):
+        World(GRID, CLOCK, robot_of(checked))
+    with pytest.raises(SclaError, match="--robot trolley cannot be read: No such file or directory; name an MJCF file"):
+        check(RunConfig(robot="trolley"))
