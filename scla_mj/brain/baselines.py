@@ -51,7 +51,7 @@ class ShortestPathBrain(Brain):
         task = checked.config.task
         if checked.jumps:
             raise SclaError(
-                "--brain shortest-path knows the first targets only: leave out --task.jump-epoch, or the floor's schedule"
+                "--brain shortest-path knows first targets only: leave out --task.jump-epoch, or the floor's schedule"
             )
         if task.crossed_epoch:
             raise SclaError("--brain shortest-path knows its wheels: leave out --task.crossed-epoch")
