@@ -13,7 +13,6 @@ from threading import Event
 import kill_workers
 import pyarrow.parquet as pq
 import pytest
-from distributed import WorkerPlugin
 
 from scla_mj.cli.main import main
 from scla_mj.engine.lock import running
@@ -160,7 +159,7 @@ def test_the_table_has_a_row_for_every_configuration_with_intervals_over_its_see
 @pytest.fixture
 def threads(monkeypatch):
     """Sweeps on threads of this process, which start at once."""
-    from distributed import LocalCluster
+    from distributed import LocalCluster, WorkerPlugin
 
     from scla_mj.experiments.sweeps import cluster
 

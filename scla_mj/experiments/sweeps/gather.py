@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -19,6 +20,7 @@ from scla_mj.experiments.experiment import Experiment
 from scla_mj.experiments.report.charts import Level, Line, draw_curves, draw_dots
 from scla_mj.experiments.report.evidence import Array, Evidence
 from scla_mj.experiments.report.study import gather
+from scla_mj.experiments.report.wording import setting
 from scla_mj.experiments.sweeps.plan import text, varied
 from scla_mj.runs import drawing
 from scla_mj.runs.atomic import replacing
@@ -30,6 +32,7 @@ _MOST_LINES: Final = 8
 _LEAST_POINTS: Final = 3
 _WIDE: Final = 50.0
 """Values that lie so many times apart are shown on a logarithmic axis."""
+_TITLE_LETTERS: Final = 100
 _QUANTITY: Final = "percent of ceiling, settled"
 
 
@@ -46,7 +49,10 @@ def write_table(out: Path, experiments: Sequence[Experiment]) -> Path:
         raise SclaError(f"{out} holds no complete run of the sweep ({gap}): workers must write into this very folder")
     with replacing(out / SWEEP_PARQUET) as scratch:
         pq.write_table(table(items), scratch, compression="zstd")
-    drawing.save(chart(items), out / SWEEP_PNG)
+    figure = chart(items)
+    caption = textwrap.fill(setting(*items), _TITLE_LETTERS)
+    figure.axes[0].set_title(caption, loc="left", fontsize=6.5, fontweight="normal")
+    drawing.save(figure, out / SWEEP_PNG)
     return out / SWEEP_PARQUET
 
 
@@ -137,8 +143,10 @@ def _over_numbers(over: str, curves: dict[str, list[tuple[float, Evidence]]]) ->
         estimates = np.array([statistics.estimate(item.settled.percent) for _, item in points])
         lines.append(Line(label, index, np.array([x for x, _ in points]), statistics.Curve(*estimates.T)))
     x = np.unique(np.concatenate([line.x for line in lines]))
-    level = Level("ceiling", x, np.full(len(x), 100.0))
-    figure = draw_curves(lines, [level], y_label=_QUANTITY, x_label=over)
+    levels = [Level("ceiling", x, np.full(len(x), 100.0))]
+    chances = {_chance(item) for points in curves.values() for _, item in points}
+    levels += [Level("chance", x, np.full(len(x), value)) for value in chances if len(chances) == 1]
+    figure = draw_curves(lines, levels, y_label=_QUANTITY, x_label=over)
     axes = figure.axes[0]
     axes.xaxis.set_major_locator(AutoLocator())
     axes.set_xlim(auto=True)
