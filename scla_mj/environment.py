@@ -42,13 +42,18 @@ def hide_all() -> None:
             del os.environ[name]
 
 
+def has_display() -> bool:
+    """Return whether windows can be opened, as far as the environment tells."""
+    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+
+
 def require_display(what: str, instead: str = "") -> None:
     """Refuse `what` opens a window where there is none; `instead` is what to do.
 
     Raises:
         SclaError: there is no display.
     """
-    if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")):
+    if not has_display():
         raise SclaError(f"{what} needs a display, and there is none{instead and f': {instead}'}")
 
 

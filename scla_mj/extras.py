@@ -8,6 +8,7 @@ from typing import Final
 from scla_mj.errors import SclaError
 
 EXTRA_OF: Final = {
+    "av": "video",
     "distributed": "sweep",
     "dm_control": "dm",
     "gymnasium": "gym",

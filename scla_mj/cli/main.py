@@ -14,6 +14,7 @@ from scla_mj.cli.figures import Figures
 from scla_mj.cli.inspect import Inspect
 from scla_mj.cli.options import EXIT_BAD_INPUT, parse
 from scla_mj.cli.output import exit_code, make_harmless
+from scla_mj.cli.render import Render
 from scla_mj.cli.reproduce import Reproduce
 from scla_mj.cli.resume import Resume
 from scla_mj.cli.rollout import Rollout
@@ -28,6 +29,7 @@ COMMANDS: Final = {
     "resume": Resume,
     "inspect": Inspect,
     "view": View,
+    "render": Render,
     "figures": Figures,
     "export": Export,
     "reproduce": Reproduce,

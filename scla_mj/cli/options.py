@@ -50,6 +50,16 @@ def parse(commands: Mapping[str, Any], words: list[str], *, prog: str) -> Any:
     return options.finish(line.options) if hasattr(options, "finish") else options
 
 
+def require_speed(speed: float) -> None:
+    """Refuse a --speed that cannot be shown.
+
+    Raises:
+        SclaError: it is not 0.01 to 1000.
+    """
+    if not 0.01 <= speed <= 1000:
+        raise SclaError(f"--speed is {speed}: it must be 0.01 to 1000, simulated seconds per second")
+
+
 def _no_command(word: str, commands: Mapping[str, Any], prog: str) -> str:
     choice = f"choose {', '.join(commands)}; {prog} --help describes them"
     if not word:

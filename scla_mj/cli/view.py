@@ -9,6 +9,7 @@ from typing import Annotated
 
 import tyro.conf
 
+from scla_mj.cli.options import require_speed
 from scla_mj.engine.interrupts import terminable
 from scla_mj.errors import SclaError
 
@@ -22,6 +23,13 @@ class View:
     follow: bool = False
     """Keep up with a run in progress, a second or two behind it."""
 
+    mujoco: bool = False
+    """Replay it in MuJoCo's viewer instead, from its recording."""
+    first: Annotated[int | None, tyro.conf.arg(name="from", metavar="DECISION")] = None
+    """With --mujoco, the decision to start with, counted over the run from 1; by default the first."""
+    speed: float = 1.0
+    """With --mujoco, simulated seconds per second."""
+
     @terminable()
     def run(self) -> int:
         """Open the viewer; return the exit code.
@@ -34,10 +42,17 @@ class View:
         from scla_mj.engine.stored_run import load_run
         from scla_mj.telemetry.viewer import follow, open_files
 
+        self._check()
         run, in_progress = load_run(self.path), is_in_use(self.path)
         if in_progress and not self.follow:
             keep_up = f"scla-mj view {shlex.quote(str(self.path))} --follow"
             raise SclaError(f"{self.path} is in progress: `{keep_up}` shows it as it goes")
+        if self.mujoco:
+            from scla_mj.render.film import span_of
+            from scla_mj.render.replay import replay
+
+            replay(run, span_of(run, self.first, run.decisions.num_rows, None), speed=self.speed)
+            return 0
         if not in_progress or run.config.telemetry == "off":
             parts = run.recordings
         if run.is_complete and not in_progress:
@@ -47,3 +62,10 @@ class View:
         if code:
             raise SclaError(f"Rerun's viewer ended with exit code {code}: `rerun` alone shows whether it starts here")
         return 0
+
+    def _check(self) -> None:
+        if self.follow and self.mujoco:
+            raise SclaError("--follow is for Rerun's viewer: leave out --mujoco or --follow")
+        if not self.mujoco and (self.first is not None or self.speed != 1.0):
+            raise SclaError("--from and --speed are for --mujoco: Rerun's viewer has a time line of its own")
+        require_speed(self.speed)

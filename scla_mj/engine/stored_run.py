@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Callable
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scla_mj import paths
 from scla_mj.checked import CheckedConfig, check
@@ -124,8 +124,8 @@ class StoredRun:
             raise SclaError(f"{self.path} holds no weights: --brain {self.config.brain} has no synapses to average")
         return history
 
-    def spikes(self, decision: int | None = None) -> DecisionSpikes:
-        """Return one decision's spikes, or all, from the recording: `time_s`, `neuron`, `population`, `decision`, (n,).
+    def spikes(self, decision: int | range | None = None) -> DecisionSpikes:
+        """Return one decision's spikes, a range's or all: `time_s`, `neuron`, `population`, `decision`, (n,) each.
 
         A light recording holds the thinking window, a full one the whole decision.
 
@@ -172,10 +172,10 @@ class StoredRun:
             )
         return parts
 
-    def _read_recording(self, read: Callable[[list[Path], int | None], _Read], decision: int | None) -> _Read:
+    def _read_recording(self, read: Callable[[list[Path], Any], _Read], decision: int | range | None) -> _Read:
         parts = self.recordings
         try:
-            return read(parts, None if decision is None else self._number(decision))
+            return read(parts, decision if decision is None or isinstance(decision, range) else self._number(decision))
         except SclaError:
             check_seal(self.path, *(part.name for part in parts))  # if it was damaged since, that is why
             raise

@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from scla_mj.checked import CheckedConfig
-from scla_mj.environment import with_or_without
+from scla_mj.environment import has_display, with_or_without
 from scla_mj.envs.episodes import BUMPERS, POSE, RAYS, SPEEDS, TARGET, MoveEpisodes, WheelEpisodes
 from scla_mj.grid import ACTIONS
-from scla_mj.world.opengl import VARIABLE, has_display, without_display
+from scla_mj.world.opengl import VARIABLE, without_display
 
 
 @contextlib.contextmanager

@@ -15,6 +15,8 @@ EPOCH: Final = "epoch"
 WORLD: Final = "world"
 ROBOT: Final = "world/robot"
 POLICY: Final = "world/policy"
+SPIN: Final = "spin"
+"""Below a wheel: how far it has turned."""
 TARGET: Final = "world/target"
 """Parent of the target's shapes: a target that jumps moves with it."""
 

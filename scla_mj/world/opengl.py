@@ -12,17 +12,13 @@ from typing import Any, Final
 
 import mujoco
 
+from scla_mj.environment import has_display
 from scla_mj.errors import SclaError
 from scla_mj.world.robot import one_line
 
 VARIABLE: Final = "MUJOCO_GL"
 _WITHOUT_DISPLAY: Final = {"egl": "EGL", "osmesa": "OSMesa"}
 """MuJoCo's modules, each with the system's library that it loads."""
-
-
-def has_display() -> bool:
-    """Return whether windows can be opened, as far as the environment tells."""
-    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def without_display() -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import weakref
+from collections.abc import Iterable
 from typing import Any, Final
 
 import mujoco
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.errors import SclaError
+from scla_mj.grid import Grid
+from scla_mj.palette import RGB
 from scla_mj.world import names
 from scla_mj.world.opengl import make_contexts
 from scla_mj.world.world import World
@@ -18,6 +21,7 @@ from scla_mj.world.world import World
 _VISUAL_GROUPS: Final = [names.WALL_GROUP, names.VISUAL_GROUP]
 _STATE: Final = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _MOST_GEOMS: Final = 10_000
+_LINE_PIXELS: Final = 3.0
 
 
 class Renderer:
@@ -29,7 +33,7 @@ class Renderer:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._scene = _Scene(world)
+        self._grid, self._scene = world.grid, Scene(world.drawable_model())
         # Before OpenGL's own clean-up, which is registered as its first context is made.
         atexit.register(_close, weakref.ref(self))
 
@@ -43,26 +47,37 @@ class Renderer:
             SclaError: it is larger.
         """
         world = self._world
-        if world.grid != self._scene.grid:  # the target has jumped
-            self._scene.free()
-            self._scene = _Scene(world)
+        if world.grid != self._grid:  # the target has jumped
+            self._grid = world.grid
+            self._scene.put_target(world.grid)
         state = np.empty(mujoco.mj_stateSize(world.model, _STATE))
         mujoco.mj_getState(world.model, world.data, state, _STATE)
-        return self._scene.draw(state, camera, width, height)
+        mujoco.mj_setState(self._scene.model, self._scene.data, state, _STATE)
+        return self._scene.draw(camera, width, height)
 
     def close(self) -> None:
         """Free what was drawn with; it draws no more."""
         self._scene.free()
 
 
-class _Scene:
-    """A model that is drawn, and the OpenGL that draws it."""
+class Scene:
+    """A model that is drawn, with the data that it is drawn from, and the OpenGL that draws it.
 
-    def __init__(self, world: World) -> None:
-        self.grid = world.grid
-        self._model = model = world.drawable_model()
-        self._data = mujoco.MjData(model)
+    Args:
+        model: a compiled model with looks, lights and cameras.
+        draft: without shadows and smooth edges, which take most of the time.
+
+    Raises:
+        SclaError: there is no OpenGL here.
+    """
+
+    def __init__(self, model: Any, *, draft: bool = False) -> None:
+        self.model = self._model = model
+        self.data = self._data = mujoco.MjData(model)
+        if draft:
+            model.vis.quality.offsamples = 0
         self._scene = mujoco.MjvScene(model, _MOST_GEOMS)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not draft
         self._options, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
         self._options.geomgroup[:] = 0
         self._options.geomgroup[_VISUAL_GROUPS] = 1
@@ -72,23 +87,43 @@ class _Scene:
         self._context, self._drawing = make_contexts(model)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
 
-    def draw(self, state: NDArray[np.float64], camera: str, width: int, height: int) -> NDArray[np.uint8]:
-        """Return the picture of a state."""
+    def put_target(self, grid: Grid) -> None:
+        """Draw the target where the grid has it."""
+        for part in (names.TARGET_RING, names.TARGET_DISC):
+            self._model.geom(part).pos[:2] = grid.centre_m(grid.target)
+
+    def draw(
+        self, camera: str, width: int, height: int, lines: Iterable[tuple[NDArray[np.float64], RGB]] = ()
+    ) -> NDArray[np.uint8]:
+        """Return the picture of `data.qpos`, with lines in the scene: each two points, (2, 3), and a colour.
+
+        Raises:
+            SclaError: it is too large for the model.
+        """
         most = self._model.vis.global_
         if not (0 < width <= most.offwidth and 0 < height <= most.offheight):
             largest = f"{most.offwidth} x {most.offheight}"
             raise SclaError(f"a picture of {width} x {height} pixels cannot be drawn: at most {largest}")
-        mujoco.mj_setState(self._model, self._data, state, _STATE)
         mujoco.mj_forward(self._model, self._data)
         self._camera.fixedcamid = self._model.camera(camera).id
         self._context.make_current()
         seen = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, self._data, self._options, None, self._camera, seen, self._scene)
+        for points, colour in lines:
+            self._add_line(points, colour)
         picture = np.empty((height, width, 3), np.uint8)
         area = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(area, self._scene, self._drawing)
         mujoco.mjr_readPixels(picture, None, area, self._drawing)
         return np.ascontiguousarray(picture[::-1])  # OpenGL counts rows from below
+
+    def _add_line(self, points: NDArray[np.float64], colour: RGB) -> None:
+        if self._scene.ngeom < self._scene.maxgeom:
+            geom, line = self._scene.geoms[self._scene.ngeom], mujoco.mjtGeom.mjGEOM_LINE
+            rgba = np.array([*colour, 255], np.float32) / 255
+            mujoco.mjv_initGeom(geom, line, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
+            mujoco.mjv_connector(geom, line, _LINE_PIXELS, *points)
+            self._scene.ngeom += 1
 
     def free(self) -> None:
         """Free OpenGL's part, once."""

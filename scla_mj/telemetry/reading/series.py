@@ -39,9 +39,20 @@ class DecisionTrajectory(NamedTuple):
     decision: NDArray[np.int64]
 
 
-def decision_spikes(parts: Sequence[Path], decision: int | None = None) -> DecisionSpikes:
-    """Return the spikes that a recording keeps of one decision, counted over the run from 1, or of all (there may be
-    none).
+class RecordedPoses(NamedTuple):
+    """Where the robot's parts were, n instants: the run's time, the decision, the chassis' position (n, 3) and
+    quaternion w x y z (n, 4), and how far each wheel is turned, (n,) by its body's name."""
+
+    time_s: NDArray[np.float64]
+    decision: NDArray[np.int64]
+    position_m: NDArray[np.float64]
+    quaternion: NDArray[np.float64]
+    wheels_rad: dict[str, NDArray[np.float64]]
+
+
+def decision_spikes(parts: Sequence[Path], decision: int | range | None = None) -> DecisionSpikes:
+    """Return the spikes that a recording keeps of one decision, counted over the run from 1, of some, or of all (there
+    may be none).
 
     Raises:
         SclaError: the recording is damaged, has no such decision, or that decision's brain has no neurons.
@@ -62,7 +73,7 @@ def decision_spikes(parts: Sequence[Path], decision: int | None = None) -> Decis
             found.append((of, started_s, *points.T, np.full(len(points), name)))
     begun = np.concatenate(windows)
     if decision is not None and not len(begun):
-        raise _missing(parts, decision, "spikes")
+        raise _missing(parts, decision if isinstance(decision, int) else decision.start, "spikes")
     begun = begun[np.argsort(begun[:, 0], kind="stable")]
     of, started_s, at_ms, neuron, population = (np.concatenate(column) for column in zip(*found, strict=True))
     origin_ms = begun[np.searchsorted(begun[:, 0], of).clip(max=len(begun) - 1), 1]
@@ -81,13 +92,42 @@ def decision_trajectory(parts: Sequence[Path], decision: int | None = None) -> D
     found = [chunk for _, chunk in _rows(parts, [f"/{names.ROBOT}"], decision) if chunk.has(names.TRANSLATION)]
     if not found:
         raise _missing(parts, decision, "poses")
-    x, y, z, w = np.concatenate([chunk.values(names.QUATERNION) for chunk in found]).astype(float).T
+    x, y, z, w = _values(found, names.QUATERNION).T
     return DecisionTrajectory(
         np.concatenate([chunk.time_s for chunk in found]),
-        np.concatenate([chunk.values(names.TRANSLATION) for chunk in found]).astype(float),
+        _values(found, names.TRANSLATION),
         np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
         np.concatenate([chunk.decision for chunk in found]),
     )
+
+
+def recorded_poses(parts: Sequence[Path], decisions: range) -> RecordedPoses:
+    """Return the poses of some decisions, counted over the run from 1, with what a picture needs besides.
+
+    Raises:
+        SclaError: the recording is damaged or has none of these decisions.
+    """
+    found: dict[str, list[Chunk]] = {}
+    for _, chunk in _rows(parts, [f"/{names.ROBOT}/**"], decisions):
+        found.setdefault(chunk.entity, []).append(chunk)
+    chassis = [chunk for chunk in found.pop(names.ROBOT, []) if chunk.has(names.TRANSLATION)]
+    if not chassis:
+        raise _missing(parts, decisions.start, "poses")
+    wheels_rad = {}
+    for entity, chunks in found.items():
+        _, y, _, w = _values(chunks, names.QUATERNION).T
+        wheels_rad[entity.removeprefix(f"{names.ROBOT}/").removesuffix(f"/{names.SPIN}")] = 2 * np.arctan2(y, w)
+    return RecordedPoses(
+        np.concatenate([chunk.time_s for chunk in chassis]),
+        np.concatenate([chunk.decision for chunk in chassis]),
+        _values(chassis, names.TRANSLATION),
+        np.roll(_values(chassis, names.QUATERNION), 1, axis=1),
+        wheels_rad,
+    )
+
+
+def _values(chunks: Sequence[Chunk], component: str) -> NDArray[np.float64]:
+    return np.concatenate([chunk.values(component) for chunk in chunks]).astype(float)
 
 
 def weight_curve(parts: Sequence[Path]) -> WeightCurve | None:
@@ -117,15 +157,16 @@ def _chunks(parts: Sequence[Path], content: list[str]) -> Iterator[tuple[Part, C
                     yield part, chunk
 
 
-def _rows(parts: Sequence[Path], content: list[str], decision: int | None) -> Iterator[tuple[Part, Chunk]]:
-    """Yield one decision's rows of the entities that match, or all that belong to one."""
+def _rows(parts: Sequence[Path], content: list[str], decision: int | range | None) -> Iterator[tuple[Part, Chunk]]:
+    """Yield the rows of the entities that match: of one decision, of some, or of all."""
+    wanted = range(decision, decision + 1) if isinstance(decision, int) else decision
     for part, chunk in _chunks(parts, content):
         if not chunk.has(names.DECISION):
             continue
-        if decision is None:
+        if wanted is None:
             yield part, chunk
-        elif (wanted := chunk.decision == decision).any():
-            yield part, chunk._replace(rows=chunk.rows.filter(pa.array(wanted)))
+        elif (here := (chunk.decision >= wanted.start) & (chunk.decision < wanted.stop)).any():
+            yield part, chunk._replace(rows=chunk.rows.filter(pa.array(here)))
 
 
 def _missing(parts: Sequence[Path], decision: int | None, what: str) -> SclaError:

@@ -152,7 +152,7 @@ class Arena(base.View):
         self._stands = state["stands"]
 
     def _spin(self, wheel: int) -> str:
-        return f"{self._paths[wheel]}/spin"
+        return f"{self._paths[wheel]}/{names.SPIN}"
 
 
 def _turn_about_y(angle_rad: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -1,0 +1,1 @@
+"""A stored run in MuJoCo again: videos, pictures, a window (docs/viewing.md). From the recording: no physics runs."""
