@@ -9,7 +9,8 @@ import pytest
 from scla_mj import extras
 from scla_mj.errors import SclaError
 
-PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = {
     name: {re.match(r"[\w-]+", line)[0].lower() for line in lines}
     for name, lines in PROJECT["optional-dependencies"].items()
@@ -19,6 +20,11 @@ EXTRAS = {
 def test_every_library_is_brought_by_the_extra_that_its_refusal_names():
     assert {name: extra for name, extra in extras.EXTRA_OF.items() if name.replace("_", "-") not in EXTRAS[extra]} == {}
     assert set(EXTRAS) - set(extras.EXTRA_OF.values()) <= {"dev", "docs", "sb3"}
+
+
+def test_the_quickstart_says_what_every_extra_is_for():
+    page = (ROOT / "docs" / "quickstart.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(\w+)` \|", page, re.M)) == set(EXTRAS) - {"dev"}
 
 
 @pytest.mark.parametrize(
