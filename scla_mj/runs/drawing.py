@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import PROJECTIONS, Projection
+from scla_mj.anatomy import Projection
 from scla_mj.grid import Action, Grid
 from scla_mj.palette import TARGET_COLOUR, projection_styles
 
@@ -159,7 +159,7 @@ def draw_line(axes: Axes, x: Array, curve: Curve, colour: str, dash: Any = "-", 
         axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0)
 
 
-def draw_weights(axes: Axes, x: Array, curve: Curve, projections: Sequence[Projection] = PROJECTIONS) -> None:
+def draw_weights(axes: Axes, x: Array, curve: Curve, projections: Sequence[Projection]) -> None:
     """Draw the mean weight of each projection (n, projections) in mV over `x` (n,).
 
     Of the paper's the agreeing ones are solid, opposite ones dashed, in the colour of their sensor's direction.

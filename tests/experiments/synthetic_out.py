@@ -40,7 +40,7 @@ def write_runs(out: Path, experiment: Experiment, skill: Skill, *, decisions: in
     for seed in experiment.seeds:
         config = dataclasses.replace(experiment.config, seed=seed)
         with made(run_folder(out, experiment, seed)) as place:
-            run = create(place, config)
+            run = create(place, config, PAPER_ANATOMY if config.brain in SPIKING else None)
         account = Account(check(config))
         with DecisionLog(run.path) as log:
             for number, record in enumerate(records(config, skill)):

@@ -12,7 +12,6 @@ from matplotlib import figure as mpl
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from scla_mj.anatomy import PROJECTIONS
 from scla_mj.experiments import exact, statistics
 from scla_mj.experiments.report.evidence import Array, Evidence
 from scla_mj.experiments.report.study import Study
@@ -216,17 +215,17 @@ def draw_dots(
 
 
 def weights(key: str, items: Sequence[Evidence]) -> Figure:
-    """Return the eight mean weights of experiments with synapses, next to one another, below the largest possible."""
+    """Return the mean weights of experiments with synapses, next to one another, below the largest possible."""
     rows: list[Row] = []
     with canvas(height_mm=80, columns=len(items)) as (chart, grid):
         for axes, item in zip(grid.flat, items, strict=True):
             assert item.weights is not None
             curve, x = statistics.learning_curve(item.weights), _epochs([item])
-            for index, projection in enumerate(PROJECTIONS):
+            for index, projection in enumerate(item.projections):
                 own = statistics.Curve(*(values[:, index] for values in curve))
                 named = curve_rows(projection.name.replace("to", " → "), x, own)
                 rows += [(item.experiment.title, *row) for row in named]
-            draw_weights(axes, x, curve)
+            draw_weights(axes, x, curve, item.projections)
             axes.axhline(item.experiment.config.network.weight_max, color=SOFT, lw=1.0, ls=_DOTTED)
             axes.xaxis.set_major_locator(MaxNLocator(nbins=12 // len(items), integer=True))
             axes.set_xlabel("epoch")

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.anatomy import PROJECTIONS
+from scla_mj.anatomy import PROJECTION_NAMES, Projection
 from scla_mj.checked import CheckedConfig, check
 from scla_mj.disturbances import DisturbanceConfig
 from scla_mj.experiments import statistics
@@ -37,6 +37,8 @@ class SeedRun(NamedTuple):
     """Decisions in which an automaton's draw drove its motor population."""
     relayed: int
     """Those of them in which the network decided as the automaton had drawn."""
+    projections: tuple[Projection, ...]
+    """Of its brain's anatomy."""
 
 
 class Stretch(NamedTuple):
@@ -198,21 +200,33 @@ class Evidence:
         size = min(BLOCK_DECISIONS, self.experiment.config.epochs * self.experiment.config.decisions)
         return size * np.arange(1.0, self.early.shape[1] + 1.0)
 
+    @property
+    def projections(self) -> tuple[Projection, ...]:
+        """The runs' own, in the order of their mean weights."""
+        return self.runs[0].projections
+
+    @property
+    def papers(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which projections are the paper's agreeing and which its opposite ones, (projections,) each."""
+        known = np.array([p.name in PROJECTION_NAMES for p in self.projections], bool)
+        dashed = np.array([p.dashed for p in self.projections], bool)
+        return known & ~dashed, known & dashed
+
     @cached_property
     def weights(self) -> Array | None:
-        """Mean weights at the epochs' ends (seeds, epochs, 8), or None for a brain without synapses."""
+        """Mean weights at the epochs' ends (seeds, epochs, projections), or None for a brain without synapses."""
         rows = [[epoch.mean_weights for epoch in run.summary.epochs] for run in self.runs]
         if any(means is None for row in rows for means in row):
             return None
-        return np.array(rows, dtype=np.float64).reshape(len(rows), -1, len(PROJECTIONS))
+        return np.array(rows, dtype=np.float64).reshape(len(rows), -1, len(self.projections))
 
     def weights_over(self, first: int, last: int) -> Weights | None:
         """Return the extremes of the mean weights at the ends of the epochs, or None for a brain without synapses."""
         if self.weights is None:
             return None
         means = self.weights[:, first - 1 : last]
-        agrees = np.array([projection.agrees for projection in PROJECTIONS])
-        gaps = means[..., agrees].mean(axis=2) - means[..., ~agrees].mean(axis=2)
+        agreeing, opposite = self.papers
+        gaps = means[..., agreeing].mean(axis=2) - means[..., opposite].mean(axis=2)
         return Weights(gaps.min(axis=1), means.min(axis=(1, 2)), means.max(axis=(1, 2)))
 
     @cached_property

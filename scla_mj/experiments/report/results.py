@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from scla_mj.anatomy import PROJECTIONS
 from scla_mj.experiments import paper, statistics
 from scla_mj.experiments.exact import next_to_the_target
 from scla_mj.experiments.report.evidence import Array, Evidence
@@ -214,5 +213,5 @@ def compare_over(item: Evidence, baseline: Evidence, first: int, last: int) -> s
 def final_weights(item: Evidence) -> tuple[Array, Array]:
     """Return the mean agreeing and the mean opposite weight at the end, in mV, of every seed (seeds,)."""
     assert item.weights is not None
-    agrees = np.array([projection.agrees for projection in PROJECTIONS])
-    return item.weights[:, -1, agrees].mean(axis=1), item.weights[:, -1, ~agrees].mean(axis=1)
+    agreeing, opposite = item.papers
+    return item.weights[:, -1, agreeing].mean(axis=1), item.weights[:, -1, opposite].mean(axis=1)

@@ -126,7 +126,8 @@ def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
         raise SclaError("not finished" if (folder / CONFIG_JSON).exists() else "not run")
     check_seal(folder, CONFIG_JSON, SUMMARY_JSON, DECISIONS_PARQUET, BRAIN_NPZ)
     config = dataclasses.replace(experiment.config, seed=seed)
-    if open_run(folder).config != config:
+    run = open_run(folder)
+    if run.config != config:
         raise SclaError("made with other settings")
     summary = read_summary(folder)
     done = sum(epoch.decisions for epoch in summary.epochs)
@@ -139,7 +140,8 @@ def _read(folder: Path, experiment: Experiment, seed: int) -> SeedRun:
     advised, decided = (table[name].to_numpy() for name in ("advised", "action"))
     drawn, early = advised != NONE, _blocks(hits[:_EARLY_DECISIONS])
     relayed = int((advised == decided)[drawn].sum())
-    return SeedRun(summary, read_brain(folder).probabilities, mastery, early, int(drawn.sum()), relayed)
+    projections = () if run.anatomy is None else run.anatomy.projections
+    return SeedRun(summary, read_brain(folder).probabilities, mastery, early, int(drawn.sum()), relayed, projections)
 
 
 def _blocks(hits: NDArray[np.bool_]) -> Array:
