@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import threading
 import time
 from typing import Any, Final
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.environment import require_display
-from scla_mj.world import names
+from scla_mj.world.arena import place_targets
 from scla_mj.world.world import World
 
 _FRAME_S: Final = 0.04
@@ -47,10 +46,7 @@ class Window:
     def show(self, rows: NDArray[np.float64] | None = None) -> None:
         """Show the world as it is now, or first a move's trajectory, in real time."""
         at, root, grid = self._world.at, self._world.at.root_qpos, self._world.grid
-        for part, (number, target) in itertools.product(
-            (names.TARGET_RING, names.TARGET_DISC), enumerate(grid.targets)
-        ):
-            self._model.geom(names.of_target(part, number)).pos[:2] = grid.centre_m(target)
+        place_targets(self._model, grid)
         for row in () if rows is None else rows[:: self._stride]:
             self._data.qpos[root : root + 7] = row[1:8]
             self._data.qpos[[at.left_qpos, at.right_qpos]] = row[8:10]

@@ -19,7 +19,7 @@ from scla_mj.runs.atomic import replacing
 from scla_mj.signals import Outcome
 from scla_mj.world.arena import compose
 from scla_mj.world.picture import Scene
-from scla_mj.world.robot import ROBOT
+from scla_mj.world.robot import robot_of
 
 _TRAIL_S: Final = 12.0
 _TRAIL_HEIGHT_M: Final = 0.006
@@ -94,7 +94,7 @@ def make_film(
 
 def drawn_model(run: StoredRun) -> Any:
     """Return the compiled model of a run's arena and robot, with all that is for looks."""
-    return compose(run.checked.grid(), run.checked.clock, ROBOT).compile()
+    return compose(run.checked.grid(), run.checked.clock, robot_of(run.checked)).compile()
 
 
 def frame_times(run: StoredRun, decisions: range, poses: Poses, film: Film) -> NDArray[np.float64]:
@@ -127,7 +127,7 @@ class Frames:
         epoch = (int(self._poses.decision[max(0, made - 1)]) - 1) // self._run.config.decisions + 1
         if epoch != self._epoch:
             self._epoch = epoch
-            self._scene.put_target(self._run.checked.grid(epoch))
+            self._scene.put_targets(self._run.checked.grid(epoch))
         self._scene.data.qpos[:] = self._poses.at(time_s)
         return self._scene.draw(film.camera, *film.size, self._trail(time_s, made))
 

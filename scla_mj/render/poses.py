@@ -17,7 +17,7 @@ from scla_mj.engine.stored_run import StoredRun
 from scla_mj.errors import SclaError
 from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord
 from scla_mj.telemetry.reading.series import DecisionSpikes, recorded_poses
-from scla_mj.world.robot import PREFIX, ROBOT, Addresses, locate
+from scla_mj.world.robot import PREFIX, Addresses, locate, robot_of
 
 _TIME: Final = TRAJECTORY_COLUMNS.index("time_s")
 _ROOT: Final = slice(TRAJECTORY_COLUMNS.index("x_m"), TRAJECTORY_COLUMNS.index("qz") + 1)
@@ -77,10 +77,11 @@ def stored_poses(run: StoredRun, decisions: range, model: Any) -> tuple[Poses, D
     if run.config.telemetry == "off":
         return _simulated_again(run, decisions, model)
     found = recorded_poses(run.recordings, decisions)
-    at = locate(model, ROBOT)
+    robot = robot_of(run.checked)
+    at = locate(model, robot)
     qpos = np.tile(model.qpos0, (len(found.time_s), 1))
     qpos[:, at.root_qpos : at.root_qpos + 7] = np.column_stack([found.position_m, found.quaternion])
-    for wheel, address in zip(ROBOT.wheels, (at.left_qpos, at.right_qpos), strict=True):
+    for wheel, address in zip(robot.wheels, (at.left_qpos, at.right_qpos), strict=True):
         qpos[:, address] = found.wheels_rad[PREFIX + wheel]
     spikes = None if run.anatomy is None else run.spikes(decisions)
     return Poses(found.time_s, found.decision, qpos, at), spikes
@@ -90,7 +91,7 @@ def _simulated_again(run: StoredRun, decisions: range, model: Any) -> tuple[Pose
     if run.config.brain not in BRAINS:
         again = f"scla-mj rollout NEW --config {shlex.quote(str(run.path))} --telemetry light --brain ..."
         raise SclaError(f"{run.path} has no recording, and its brain is code of its own: `{again}` records it")
-    simulation, at = simulate(run.config), locate(model, ROBOT)
+    simulation, at = simulate(run.config), locate(model, robot_of(run.checked))
     actions = run.decisions["action"].to_pylist()
     records: list[DecisionRecord] = []
     for number in range(1, decisions.stop):

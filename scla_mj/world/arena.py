@@ -139,6 +139,12 @@ def _add_closed_cells(spec: mujoco.MjSpec, grid: Grid) -> None:
         )
 
 
+def place_targets(model: Any, grid: Grid) -> None:
+    """Move the targets' marks in a compiled model to where the grid has them."""
+    for part, (number, target) in itertools.product((names.TARGET_RING, names.TARGET_DISC), enumerate(grid.targets)):
+        model.geom(names.of_target(part, number)).pos[:2] = grid.centre_m(target)
+
+
 def _add_targets(spec: mujoco.MjSpec, grid: Grid) -> None:
     for number, target in enumerate(grid.targets):
         x_m, y_m = grid.centre_m(target)

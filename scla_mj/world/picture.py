@@ -15,6 +15,7 @@ from scla_mj.errors import SclaError
 from scla_mj.grid import Grid
 from scla_mj.palette import RGB
 from scla_mj.world import names
+from scla_mj.world.arena import place_targets
 from scla_mj.world.opengl import make_contexts
 from scla_mj.world.world import World
 
@@ -49,7 +50,7 @@ class Renderer:
         world = self._world
         if world.grid != self._grid:  # the target has jumped
             self._grid = world.grid
-            self._scene.put_target(world.grid)
+            self._scene.put_targets(world.grid)
         state = np.empty(mujoco.mj_stateSize(world.model, _STATE))
         mujoco.mj_getState(world.model, world.data, state, _STATE)
         mujoco.mj_setState(self._scene.model, self._scene.data, state, _STATE)
@@ -87,10 +88,9 @@ class Scene:
         self._context, self._drawing = make_contexts(model)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
 
-    def put_target(self, grid: Grid) -> None:
-        """Draw the target where the grid has it."""
-        for part in (names.TARGET_RING, names.TARGET_DISC):
-            self._model.geom(part).pos[:2] = grid.centre_m(grid.target)
+    def put_targets(self, grid: Grid) -> None:
+        """Draw the targets where the grid has them."""
+        place_targets(self._model, grid)
 
     def draw(
         self, camera: str, width: int, height: int, lines: Iterable[tuple[NDArray[np.float64], RGB]] = ()
