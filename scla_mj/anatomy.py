@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, Final, NamedTuple
 
@@ -68,7 +68,8 @@ class Anatomy:
 
     Args:
         populations: in the order of their neurons, from neuron 0, without gaps (see `stacked`).
-        projections: in the order of a brain's mean weights and dopamine concentrations.
+        projections: in the order of a brain's mean weights and released dopamine.
+        watched: the neurons whose membrane potentials it hands out (`Activity.potentials`); no file keeps this.
 
     Raises:
         SclaError: a name is taken twice or cannot name a column, a range has a gap, or a projection's population is
@@ -81,6 +82,7 @@ class Anatomy:
 
     populations: tuple[Population, ...]
     projections: tuple[Projection, ...] = ()
+    watched: tuple[int, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         for part, kind in (("populations", Population), ("projections", Projection)):
@@ -93,6 +95,8 @@ class Anatomy:
         _check_ranges(self.populations)
         for projection in self.projections:
             _check_projection(projection, {population.name for population in self.populations})
+        if not all(type(neuron) is int and 0 <= neuron < self.neurons for neuron in self.watched):
+            raise SclaError(f"the anatomy watches {self.watched!r}: name neurons from 0 to {self.neurons - 1}")
 
     @property
     def neurons(self) -> int:

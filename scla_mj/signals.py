@@ -100,7 +100,8 @@ class Activity(NamedTuple):
     The first `thinking_spikes` spikes fell into the thinking window of `thinking_steps` steps. `mean_weights` are those
     at the decision's end, `dopamine` is what it released (one value per projection each). `counts`, (populations,)
     each, are every population's spikes in the thinking window and in the whole decision, from a brain that has counted
-    them.
+    them. `potentials`, (steps, watched), are the membrane potentials, mV, of the neurons that the anatomy's `watched`
+    names, after each step of the thinking window, or of its beginning.
     """
 
     spike_step: NDArray[np.int32]
@@ -111,6 +112,7 @@ class Activity(NamedTuple):
     mean_weights: NDArray[np.float64]
     dopamine: NDArray[np.float64]
     counts: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
+    potentials: NDArray[np.float32] | NDArray[np.float64] | None = None
 
 
 class Snapshot(NamedTuple):

@@ -41,7 +41,7 @@ class SclaBrain(Brain):
         papers = paper_anatomy(config.network.neurons, config.network.weight_max)
         own = self.network.anatomy.projections if isinstance(self.network, GeneralNetwork) else ()
         self.projections = (*papers.projections, *own[len(PROJECTIONS) :])
-        self.anatomy = Anatomy(papers.populations, self.projections)
+        self.anatomy = Anatomy(papers.populations, self.projections, self.network.watched)
         populations = self.network.populations
         self.sensory, self.motor, self.neurons = populations[0:4], populations[4:8], populations[-1].stop
         cells = config.grid.cells

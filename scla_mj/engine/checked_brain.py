@@ -92,6 +92,14 @@ class CheckedBrain(Brain):
             values = getattr(activity, part)
             if not (_is_array(values, (projections,), np.floating) and np.isfinite(values).all()):
                 self._refuse("activity", f"return {part} as {projections} finite floats, a projection each", values)
+        potentials: Any = activity.potentials
+        watched = len(self.anatomy.watched)
+        if watched or potentials is not None:
+            shape = np.shape(potentials)
+            fits = len(shape) == 2 and shape[0] <= activity.thinking_steps and shape[1] == watched
+            if not (fits and _is_array(potentials, shape, np.floating) and np.isfinite(potentials).all()):
+                wanted = f"({activity.thinking_steps}, {watched}) finite floats, a column for each watched neuron"
+                self._refuse("activity", f"return potentials as {wanted}", potentials)
         return activity._replace(counts=None)  # they are counted from the spikes, which have been looked at
 
     def snapshot(self) -> Snapshot:

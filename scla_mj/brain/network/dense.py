@@ -83,6 +83,7 @@ class DenseNetwork(Network):
         if network.neurons != NEURON_COUNT:
             raise SclaError(f"a DenseNetwork has {NEURON_COUNT} neurons: leave --network.neurons out")
         super().__init__(network, plasticity, neural_step_ms=neural_step_ms, seed=seed)
+        self.watched = ()
         self.rule = rule(plasticity, neural_step_ms=float(neural_step_ms))
         self._config, self._step_ms = network, neural_step_ms
         self._dopamine_decay = math.exp(-neural_step_ms / plasticity.dopamine_tau_ms)

@@ -92,6 +92,15 @@ def _route_spikes(m: Any, spiked: Any, step: int) -> None:
 
 
 @leaf_njit(inline="always")
+def _watch(m: Any, step: int) -> None:
+    """Keep the watched neurons' potentials after a step of the window, from 0: the peak where one fired."""
+    if step < m.potentials.shape[0]:
+        for i in range(m.watched.shape[0]):
+            neuron = m.watched[i]
+            m.potentials[step, i] = m.excitatory.peak if m.fired[neuron] else m.v[neuron]
+
+
+@leaf_njit(inline="always")
 def _release(m: Any, released: Any) -> None:
     """Add to the dopamine concentrations; a sensor's synapses are settled first, since they rely on its sign."""
     for side in range(SIDES):
@@ -132,6 +141,7 @@ def run(
         open_stretch(m)
         for step in range(1, length + 1):
             integrate(m)
+            _watch(m, start + step)
             decay(m, step)
             count = list_spikes(m.fired, m.fired_octets, spike_neuron[total:])
             for spike in range(total, total + count):

@@ -85,6 +85,7 @@ class Network(Window):
         self.arrays = arrays_of(self.memory)
         initialise(self.arrays, network, seed=checked.seed)
         super().__init__(neurons=neurons, populations=len(POPULATIONS), modulators=len(PROJECTIONS), real=self._real)
+        self.watched = tuple(self.memory[0]["watched"].tolist())
         self._means = np.empty(len(PROJECTIONS))
         self._mean_at = np.full(len(PROJECTIONS), -1)
 
@@ -183,6 +184,10 @@ class Network(Window):
         self._steps = state["steps"]
         self._releases = releases
         self._means[:], self._mean_at[:] = state["means"]["values"], state["means"]["at"]
+
+    def _potentials(self, steps: int) -> NDArray[Any]:
+        seen: NDArray[Any] = self.memory[0]["potentials"][:steps].copy()
+        return seen
 
     def _run(self, steps: int, drive: NDArray[Any], released: NDArray[np.float64]) -> int:
         """Release dopamine and run; add to the window's spikes and counts. Return the number of spikes in it."""

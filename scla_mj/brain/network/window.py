@@ -40,7 +40,10 @@ class Window(ABC):
 
     Attributes:
         spike_count: number of spikes in the window so far.
+        watched: the neurons whose membrane potentials an activity holds.
     """
+
+    watched: tuple[int, ...] = ()
 
     def __init__(self, *, neurons: int, populations: int, modulators: int, real: np.dtype[Any]) -> None:
         self._steps_per_call = max(STRETCH_STEPS, _SPIKES_PER_CALL // neurons)
@@ -105,7 +108,12 @@ class Window(ABC):
             mean_weights=self.mean_weights(),
             dopamine=self._by_projection(self._released),
             counts=(counts, self._counts.copy()),
+            potentials=self._potentials(thinking) if self.watched else None,
         )
+
+    def _potentials(self, steps: int) -> NDArray[Any] | None:
+        """Return the watched neurons' potentials after each of the window's first steps; a copy."""
+        return None
 
     @abstractmethod
     def mean_weights(self) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from scla_mj.telemetry.views.hits import Hits
 from scla_mj.telemetry.views.lanes import Lanes
 from scla_mj.telemetry.views.learned import Learned
 from scla_mj.telemetry.views.maps import Maps
+from scla_mj.telemetry.views.potentials import Potentials
 from scla_mj.telemetry.views.raster import Raster
 from scla_mj.telemetry.views.series import Series
 from scla_mj.telemetry.views.text import Text
@@ -19,7 +20,7 @@ from scla_mj.telemetry.views.votes import Votes
 from scla_mj.telemetry.views.weights import WeightPicture
 
 VIEWS: Final[tuple[type[View], ...]] = (
-    Raster, Series, Arena, Votes, Lanes, Explanation, Learned, WeightPicture, Maps, Text, Hits,
+    Raster, Potentials, Series, Arena, Votes, Lanes, Explanation, Learned, WeightPicture, Maps, Text, Hits,
 )  # fmt: skip
 """In the order in which they send: spikes first and hits last, so that a file cut short counts no decision whose spikes
 are missing."""

@@ -40,7 +40,10 @@ Rows = NDArray[np.void]
 _COLOURS: Final = np.array([OUTCOME_COLOURS[outcome] for outcome in names.OUTCOME_CODES], np.uint8)
 
 _TIME: Final = TRAJECTORY_COLUMNS.index("time_s")
-_STRIP: Final = rr.components.LineStrip3DBatch([]).as_arrow_array().type
+_STRIPS: Final = {
+    2: (rr.components.Position2DBatch, rr.components.LineStrip2DBatch([]).as_arrow_array().type),
+    3: (rr.components.Position3DBatch, rr.components.LineStrip3DBatch([]).as_arrow_array().type),
+}
 _POSE_PERIOD_S: Final = 0.05
 """A recording keeps a pose about this often: 20 Hz still looks smooth."""
 
@@ -233,10 +236,10 @@ def outcome_colours(rows: Rows) -> NDArray[np.uint8]:
 
 
 def line_strips(points: NDArray[np.float32], lengths: NDArray[np.int64]) -> Any:
-    """Cut points, (n, 3), into line strips, as Arrow's list of them: Rerun turns any other into one strip by strip."""
+    """Cut points, (n, 2) or (n, 3), into line strips, as Arrow's list of them: Rerun takes any other strip by strip."""
+    batch, strip = _STRIPS[points.shape[1]]
     ends = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
-    vectors = rr.components.Position3DBatch(points).as_arrow_array()
-    return pa.ListArray.from_arrays(pa.array(ends), vectors, type=_STRIP)
+    return pa.ListArray.from_arrays(pa.array(ends), batch(points).as_arrow_array(), type=strip)
 
 
 def send_scalars(stream: rr.RecordingStream, entity: str, index: list[rr.TimeColumn], values: ArrayLike) -> None:

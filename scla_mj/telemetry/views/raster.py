@@ -27,12 +27,12 @@ _MARGIN: Final = "brain/raster/margin"
 
 _STRIP_LENGTH_MS: Final = 1_000_000.0
 """Where x starts again at 0: a float32 still resolves a sixteenth of a millisecond there."""
-_WINDOWS_SHOWN: Final = 13
+WINDOWS_SHOWN: Final = 13
 _FULL_SHOWN_MS: Final = 1300.0
 """A full recording's raster shows a whole decision, a light one's the last thinking windows."""
-_ASPECT: Final = 0.46
+ASPECT: Final = 0.46
 """Height of the raster by its width, as its place in the dashboard wants it."""
-_LABELS_SHARE: Final = 0.07
+LABELS_SHARE: Final = 0.07
 """Room for the populations' names right of now, by the raster's width."""
 _LABEL_RISE: Final = 0.035
 """Rerun draws a label below its point: by about this share of the neurons."""
@@ -49,7 +49,7 @@ class Raster(base.View):
         super().__init__(stream, run)
         self._light = run.config.telemetry == "light"
         self._window_ms = run.clock.thinking_steps * run.clock.neural_step_ms
-        self._shown_ms = _WINDOWS_SHOWN * self._window_ms if self._light else _FULL_SHOWN_MS
+        self._shown_ms = WINDOWS_SHOWN * self._window_ms if self._light else _FULL_SHOWN_MS
         self._neurons, populations = int(run.sizes.sum()), len(run.populations)
         self._population_of = np.repeat(np.arange(populations, dtype=np.min_scalar_type(populations)), run.sizes)
         # A decision with spikes: the kept ones by population, where along the raster it begins, and when it was posed.
@@ -69,15 +69,15 @@ class Raster(base.View):
         ]
 
     def _panel(self) -> rrb.Spatial2DView:
-        x_range = [-self._shown_ms, _LABELS_SHARE * self._shown_ms]
-        height = _ASPECT * self._shown_ms
-        what = f"last {_WINDOWS_SHOWN} thinking windows" if self._light else f"last {self._shown_ms:g} ms"
+        x_range = [-self._shown_ms, LABELS_SHARE * self._shown_ms]
+        height = ASPECT * self._shown_ms
+        what = f"last {WINDOWS_SHOWN} thinking windows" if self._light else f"last {self._shown_ms:g} ms"
         return rrb.Spatial2DView(
             origin="/",
             contents=[f"/{names.SPIKES}/**", f"/{_LABELS}", f"/{_MARGIN}"],
             name=f"Spikes of {self._neurons} neurons, {what}",
             visual_bounds=rrb.VisualBounds2D(x_range=x_range, y_range=[-0.02 * height, 1.02 * height]),
-            time_ranges=base.last(_WINDOWS_SHOWN * 2.0 if self._light else 3.0),
+            time_ranges=base.last(WINDOWS_SHOWN * 2.0 if self._light else 3.0),
             background=list(BACKGROUND),
         )
 
@@ -88,7 +88,7 @@ class Raster(base.View):
         for name, colour in population_colours(self.run.populations).items():
             look = rr.Points2D.from_fields(colors=[colour], radii=[rr.Radius.ui_points(1.3)])
             self.stream.log(f"{names.SPIKES}/{name}", look, static=True)
-        scale = rr.Transform3D(scale=[1.0, _ASPECT * self._shown_ms / self._neurons, 1.0])
+        scale = rr.Transform3D(scale=[1.0, ASPECT * self._shown_ms / self._neurons, 1.0])
         self.stream.log("brain", scale, static=True)
         self.stream.log(names.WINDOWS, rr.Boxes2D.from_fields(radii=[rr.Radius.ui_points(0.5)]), static=True)
         # The future lies right of x = 0: the spikes are known at a decision's start.
@@ -98,7 +98,7 @@ class Raster(base.View):
         cover = rr.Transform3D(translation=[0.0, -beyond, 0.0], scale=[beyond, self._neurons + 2 * beyond, 1.0])
         self.stream.log(_MARGIN, cover, static=True)
         labelled = _labelled(self.run.populations, _LABEL_ROOM * self._neurons)
-        x, room = _LABELS_SHARE / 2 * self._shown_ms, _LABEL_ROOM * self._neurons
+        x, room = LABELS_SHARE / 2 * self._shown_ms, _LABEL_ROOM * self._neurons
         places = [(group.start + group.stop) / 2 - _LABEL_RISE * self._neurons for group in labelled]
         for above in reversed(range(len(places) - 1)):
             places[above] = min(places[above], places[above + 1] - room)
