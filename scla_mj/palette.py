@@ -33,6 +33,16 @@ def rgb(colour: str) -> RGB:
     return red, green, blue
 
 
+def on_either(colour: RGB) -> RGB:
+    """Return a colour, darkened as far as needed, for a line or point on white as on dark (3 : 1, WCAG 2.1)."""
+    red, green, blue = colour
+    while 0.2126 * (red / 255) ** 2.2 + 0.7152 * (green / 255) ** 2.2 + 0.0722 * (blue / 255) ** 2.2 > _BRIGHTEST:
+        red, green, blue = (int(0.97 * part) for part in (red, green, blue))
+    return red, green, blue
+
+
+_BRIGHTEST: Final = 0.29
+"""Luminance that still stands out from white at 3 : 1."""
 BACKGROUND: Final[RGB] = (16, 18, 24)
 HIT_COLOUR: Final[RGB] = (255, 209, 102)
 OUTCOME_COLOURS: Final[dict[Outcome, RGB]] = {

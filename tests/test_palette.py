@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from scla_mj.anatomy import POPULATIONS, PROJECTIONS, stacked
-from scla_mj.palette import ACTION_COLOURS, PROJECTION_COLOURS, TARGET_COLOUR, population_colours, rgb
+from scla_mj.palette import (
+    ACTION_COLOURS,
+    HIT_COLOUR,
+    PROJECTION_COLOURS,
+    TARGET_COLOUR,
+    on_either,
+    population_colours,
+    rgb,
+)
 
 WHITE, DARK = (255, 255, 255), (16, 18, 24)
 
@@ -23,6 +31,13 @@ def test_a_colour_stands_out_on_light_and_on_dark(colour):
     for background in (WHITE, DARK):
         darker, lighter = sorted([luminance(rgb(colour)), luminance(background)])
         assert (lighter + 0.05) / (darker + 0.05) >= 3
+
+
+@pytest.mark.parametrize("colour", [*ACTION_COLOURS, HIT_COLOUR, *population_colours(POPULATIONS).values()])
+def test_what_a_plot_draws_stands_out_on_a_light_and_on_a_dark_theme(colour):
+    drawn = luminance(on_either(colour))
+    assert (1 + 0.05) / (drawn + 0.05) >= 3
+    assert (drawn + 0.05) / (luminance(DARK) + 0.05) >= (3 if drawn < luminance(colour) else 1)
 
 
 # Machado, Oliveira and Fernandes (2009), severity 1, in linear RGB.

@@ -25,6 +25,7 @@ STAGGER_BYTES: Final = 576
 """Seven arrays share a page at this distance; each begins on a cache line (64 bytes), as the widest loads need."""
 WALKED_TOGETHER: Final = ("v", "u", "synaptic", "noise_low", "noise_high", "fired", "drive", "noise_amplitude")
 """The arrays that the loops over neurons (neurons.py) access together."""
+WATCHED: Final = len(SENSORY) + len(MOTOR)
 WATCHED_STEPS: Final = 200
 """Steps of a window for which potentials are kept: the decision window of any plausible clock."""
 _LINE_BYTES: Final = 64
@@ -70,7 +71,7 @@ def new_memory(parameters: Parameters) -> Memory:
     memory = _zeros(_layout(parameters))
     for name, value in parameters._asdict().items():
         memory[name] = value
-    memory["watched"] = [population.start for population in populations_of(len(parameters.population_of))]
+    memory["watched"] = [population.start for population in populations_of(len(parameters.population_of))[:WATCHED]]
     return memory
 
 
@@ -153,8 +154,8 @@ def _stretch(neurons: int, real: np.dtype[Any]) -> dict[str, Any]:
     the step of its last spike. `opening`, (8,), and `course`, (8, steps + 1), float64: `gathered` when the
     stretch began, and its change since then at each step. `table`, fields of (100,) R, is where rows.py works out one
     row, with `margin_bits`, the memory of `margin` as 64-bit integers; `columns`, (100,) float64, is where readers.py
-    adds up rows. `potentials`, (`WATCHED_STEPS`, 12) R, are those of the neurons `watched`, the first of each
-    population, after each step at the beginning of a window of time.
+    adds up rows. `potentials`, (`WATCHED_STEPS`, 8) R, are those of the neurons `watched`, the first of each
+    sensory and motor population, after each step at the beginning of a window of time.
     """
     n = populations_of(neurons)[0].size
     sensory, motor, projections, steps = len(SENSORY) * n, len(MOTOR) * n, len(PROJECTIONS), STRETCH_STEPS + 1
@@ -170,8 +171,8 @@ def _stretch(neurons: int, real: np.dtype[Any]) -> dict[str, Any]:
         "course": (np.float64, (projections, steps)),
         "table": _table(real),
         "columns": (np.float64, (NEURONS_PER_SIDE,)),
-        "watched": (np.int64, (len(POPULATIONS),)),
-        "potentials": (real, (WATCHED_STEPS, len(POPULATIONS))),
+        "watched": (np.int64, (WATCHED,)),
+        "potentials": (real, (WATCHED_STEPS, WATCHED)),
     }
 
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scla_mj.anatomy import Anatomy, Population, Projection
 from scla_mj.checked import CheckedConfig
 from scla_mj.grid import Grid
-from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB
+from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB, on_either
 from scla_mj.signals import TRAJECTORY_COLUMNS, Activity, DecisionRecord, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.growable_array import GrowableArray
@@ -249,12 +249,12 @@ def send_scalars(stream: rr.RecordingStream, entity: str, index: list[rr.TimeCol
 
 def log_line(stream: rr.RecordingStream, entity: str, colour: RGB, name: str, width: float) -> None:
     """Log how a curve looks."""
-    stream.log(entity, rr.SeriesLines(colors=[colour], names=[name], widths=[width]), static=True)
+    stream.log(entity, rr.SeriesLines(colors=[on_either(colour)], names=[name], widths=[width]), static=True)
 
 
 def log_points(stream: rr.RecordingStream, entity: str, colour: RGB, name: str, *, marker: str = "circle") -> None:
     """Log how a value per decision looks that has nothing to do with the one before: as points."""
-    look = rr.SeriesPoints(colors=[colour], names=[name], markers=[marker], marker_sizes=[3.0])
+    look = rr.SeriesPoints(colors=[on_either(colour)], names=[name], markers=[marker], marker_sizes=[3.0])
     stream.log(entity, look, static=True)
 
 

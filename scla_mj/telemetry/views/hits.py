@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from scla_mj.palette import HIT_COLOUR
+from scla_mj.palette import HIT_COLOUR, on_either
 from scla_mj.signals import DecisionRecord
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
@@ -54,7 +54,7 @@ class Hits(base.View):
         """Log each curve's name and colour."""
         base.log_line(self.stream, _ROLLING, _LEARNING_COLOUR, "last 100 decisions", 1.0)
         base.log_line(self.stream, names.EPOCH_HITS, HIT_COLOUR, "epoch", 2.5)
-        dots = rr.SeriesPoints(colors=[HIT_COLOUR], names=["epoch"], markers="circle", marker_sizes=[5.0])
+        dots = rr.SeriesPoints(colors=[on_either(HIT_COLOUR)], names=["epoch"], markers="circle", marker_sizes=[5.0])
         self.stream.log(names.EPOCH_HITS, dots, static=True)
         base.log_line(self.stream, names.CEILING, _CEILING_COLOUR, f"ceiling of {self.run.config.protocol}", 1.5)
 
