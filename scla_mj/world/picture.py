@@ -23,6 +23,8 @@ _VISUAL_GROUPS: Final = [names.WALL_GROUP, names.VISUAL_GROUP]
 _STATE: Final = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _MOST_GEOMS: Final = 10_000
 _LINE_PIXELS: Final = 3.0
+_LIT: Final = 0.5
+"""Where there are shadows every light adds to a line, which would be white."""
 
 
 class Renderer:
@@ -120,7 +122,8 @@ class Scene:
     def _add_line(self, points: NDArray[np.float64], colour: RGB) -> None:
         if self._scene.ngeom < self._scene.maxgeom:
             geom, line = self._scene.geoms[self._scene.ngeom], mujoco.mjtGeom.mjGEOM_LINE
-            rgba = np.array([*colour, 255], np.float32) / 255
+            lit = _LIT if self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] else 1.0
+            rgba = np.append(lit * np.array(colour), 255).astype(np.float32) / 255
             mujoco.mjv_initGeom(geom, line, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
             mujoco.mjv_connector(geom, line, _LINE_PIXELS, *points)
             self._scene.ngeom += 1
