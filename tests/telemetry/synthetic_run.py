@@ -61,12 +61,19 @@ class Recorder(RerunRecorder):
 
 
 def open_recorder(
-    path: Path, mode: Telemetry = "light", config: RunConfig | None = None, *, run_id: str = "a run", first: int = 1
+    path: Path,
+    mode: Telemetry = "light",
+    config: RunConfig | None = None,
+    *,
+    run_id: str = "a run",
+    first: int = 1,
+    memory: Snapshot | None = None,
 ) -> Recorder:
     """Open the recording of a run that has no robot but that of `MODEL_XML`."""
     checked = check(dataclasses.replace(config or RunConfig(seed=7), telemetry=mode))
     model = mujoco.MjModel.from_xml_string(MODEL_XML)
-    return Recorder(path, checked, anatomy=PAPER_ANATOMY, model=model, run_id=run_id, first_decision=first)
+    named = {"run_id": run_id, "first_decision": first, "memory": memory}
+    return Recorder(path, checked, anatomy=PAPER_ANATOMY, model=model, **named)
 
 
 def open_part(folder: Path, number: int, mode: Telemetry, *, seed: int = 7, **more: Any) -> Recorder:
