@@ -18,8 +18,9 @@ from scla_mj.telemetry.views.learned import is_pictured
 
 _PICTURE: Final = "brain/weight_picture"
 _HISTOGRAM: Final = "brain/weight_histogram"
-_LEAST_SIDE, _MOST_SIDE = 40, 200
-"""Pixels of a projection's picture: smaller matrices are enlarged, of larger ones neighbours are averaged."""
+_LEAST_SIDE, _MOST_SIDE = 100, 200
+"""Pixels of a projection's picture: smaller matrices are enlarged, to the width of a name; of larger ones neighbours
+are averaged."""
 _GAP: Final = 6
 _CAPTION: Final = 26
 _BINS: Final = 40
