@@ -18,7 +18,7 @@ from scla_mj.telemetry.views.learned import is_pictured
 
 _PICTURE: Final = "brain/weight_picture"
 _HISTOGRAM: Final = "brain/weight_histogram"
-_LEAST_SIDE, _MOST_SIDE = 100, 200
+_LEAST_SIDE, _MOST_SIDE = 100, 120
 """Pixels of a projection's picture: smaller matrices are enlarged, to the width of a name; of larger ones neighbours
 are averaged."""
 _GAP: Final = 6
@@ -80,12 +80,13 @@ class WeightPicture(base.View):
             radii=[rr.Radius.ui_points(0.75)],
         )
         self.stream.log(f"{_PICTURE}/frames", frames, static=True)
+        differ = len({own.source for own in self._projections}) > 1
         captions = rr.Points2D(
             [
                 (left + columns / 2, top - _CAPTION - 2)
                 for (top, left), (_, columns) in zip(self._corners, sizes, strict=True)
             ],
-            labels=[f"{own.source} → {own.target}" for own in self._projections],
+            labels=[f"{own.source * differ} → {own.target}".strip() for own in self._projections],
             colors=[base.LABEL_COLOUR],
             radii=[rr.Radius.ui_points(0.0)],
             show_labels=True,
