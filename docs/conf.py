@@ -39,9 +39,7 @@ def _tables(lines: list[str]) -> list[str]:
 
 
 def _docstring(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    if lines[0].startswith(
-        "Alias for field number"
-    ):  # namedtuple's own; the class says what it is
+    if lines[0].startswith("Alias for field number"):  # namedtuple's own; the class says what it is
         lines.clear()
     lines[:] = [re.sub(r"-\*| \*=", lambda star: star[0].replace("*", r"\*"), line) for line in _tables(lines)]
 

@@ -145,6 +145,8 @@ def over_decisions(axes: Axes, epoch_ends: Sequence[int], first: float = 1.0) ->
         [epoch_ends[number - 1] for number in named],
         [str(number) if n else f"epoch {number}" for n, number in enumerate(named)],
     )
+    for label in top.get_xticklabels()[:1]:
+        label.set_horizontalalignment("right")  # it is the longest, and the next is close to it
     top.set_xticks([end for end in epoch_ends if end >= first], minor=True)
     top.tick_params(labelsize=6, pad=1, which="both")
     top.xaxis.set_minor_formatter(NullFormatter())
