@@ -53,7 +53,8 @@ class DopamineBrain(SclaBrain):
         """How much is released for what, and the burst that makes the executed direction's synapses eligible."""
 
         release: Annotated[float, Interval(ge=-10.0, le=10.0)] = 0.35
-        """Dopamine per unit of prediction error; from 0.05 to 0.5 it learns alike. At 0 nothing ever changes."""
+        """Dopamine per unit of prediction error; from 0.05 to 0.5 it learns alike. At 0 nothing ever changes,
+        below 0 it learns to miss."""
         released_at: Literal["crossing", "end"] = "crossing"
         """When: as the axle crosses into the next cell, or as the move ends, shortly before the next decision."""
         gate: bool = True

@@ -178,10 +178,15 @@ def _describe_skill(found: RunInspection) -> list[str]:
 
 
 def _describe_difference(difference: RunDifference) -> list[str]:
-    pairs = [(f"--{name}", pair) for name, pair in difference.settings.items()]
+    pairs = [(f"--{name}", tuple(map(_said, pair))) for name, pair in difference.settings.items()]
     first = difference.decisions
     if first is not None:
         here = f"epoch {first.epoch}, decision {first.decision}"
         pairs += [(f"{here}, {name}", pair) for name, pair in first.columns.items()]
     pairs += [(f"made with {name}", pair) for name, pair in difference.versions.items()]
     return [f"{name}: {one} | {other}" for name, (one, other) in pairs]
+
+
+def _said(value: Any) -> Any:
+    """Return a setting's value, in words where a run has none: a brain's own setting that was not given."""
+    return "not given" if value is None else value

@@ -101,7 +101,7 @@ class RunInspection(NamedTuple):
         return f"{self.path}: {self._damage() or self._difference() or self._state()}"
 
     def _damage(self) -> str:
-        faults = "; ".join(self.faults.values()).replace(f"{self.path}{os.sep}", "")
+        faults = "; ".join(fault.removeprefix(f"{self.path}{os.sep}") for fault in self.faults.values())
         return f"damaged: {faults}" if faults else ""
 
     def _difference(self) -> str:

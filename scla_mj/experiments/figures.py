@@ -93,7 +93,8 @@ def _learning(groups: Sequence[Group]) -> Figure:
         summaries = [group.first.summary for group in groups]
         for index, group in enumerate(groups):
             x, curve = _hits(group)
-            label = group.label if len(group.runs) == 1 else f"{group.label}, {len(group.runs)} seeds"
+            seeds = "" if len(group.runs) == 1 else f", {len(group.runs)} seeds"
+            label = f"{group.label}{plots.crossed(group.first.summary)}{seeds}"
             drawing.draw_line(axes, x, curve, SERIES[index % len(SERIES)], DASHES[index % len(DASHES)], label)
         plots.draw_bounds(axes, max(summaries, key=lambda summary: sum(epoch.decisions for epoch in summary.epochs)))
         figure.suptitle(groups[0].setting if len(groups) == 1 else "", fontsize=6.5, color=drawing.SOFT)

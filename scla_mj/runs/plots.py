@@ -134,9 +134,13 @@ def setting(summary: Summary, seeds: str = "") -> str:
     (width, height), where = summary.cells, said((summary.target, *summary.others))
     jumps = any(epoch.ceiling_hits_per_1000 != summary.ceiling_hits_per_1000 for epoch in summary.epochs)
     where += ", which jumps" if jumps else ""
-    crossed = f", wheels crossed from epoch {summary.crossed_epoch}" if summary.crossed_epoch else ""
     own = seeds or f"seed {summary.seed}"
-    return f"{summary.brain}, {summary.protocol}, {width}×{height} cells, {where}, {own}{crossed}"
+    return f"{summary.brain}, {summary.protocol}, {width}×{height} cells, {where}, {own}{crossed(summary)}"
+
+
+def crossed(summary: Summary) -> str:
+    """Return what a label adds where the wheels were crossed."""
+    return f", wheels crossed from epoch {summary.crossed_epoch}" if summary.crossed_epoch else ""
 
 
 def policy_size(width: int, height: int) -> tuple[float, float]:

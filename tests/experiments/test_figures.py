@@ -8,6 +8,7 @@ from PIL import Image
 
 import scla_mj
 from scla_mj.cli.main import main
+from scla_mj.config import TaskConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.figures import draw_runs
 
@@ -18,7 +19,9 @@ def runs(tmp_path_factory):
     for seed in (0, 1):
         config = scla_mj.RunConfig(brain="automaton", seed=seed, epochs=2, decisions=60, telemetry="off")
         scla_mj.rollout(config, folder / f"automaton-{seed}")
-    scla_mj.rollout(scla_mj.RunConfig(brain="random", epochs=2, decisions=60, telemetry="off"), folder / "random")
+    crossed = TaskConfig(crossed_epoch=2)
+    config = scla_mj.RunConfig(brain="random", epochs=2, decisions=60, telemetry="off", task=crossed)
+    scla_mj.rollout(config, folder / "random")
     return [folder / "automaton-0", folder / "automaton-1", folder / "random"]
 
 
@@ -52,7 +55,7 @@ def test_runs_of_other_settings_are_lines_of_their_own_and_no_file_is_overwritte
     words = ["figures", *map(str, runs), "--out", str(tmp_path), "--formats", "svg"]
     assert main(words) == 0
     text = (tmp_path / "learning.svg").read_text(encoding="utf-8")
-    assert "automaton, any-start, 2 seeds" in text and "random, any-start" in text
+    assert "automaton, any-start, 2 seeds<" in text and "random, any-start, wheels crossed from epoch 2<" in text
     assert main(words) == 2
     assert "learning.svg is already there" in capsys.readouterr().err
     assert (tmp_path / "learning.svg").read_text(encoding="utf-8") == text
