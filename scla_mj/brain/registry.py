@@ -187,6 +187,8 @@ def _imported(path: str) -> type[Brain]:
     plain = module_name.removeprefix("./").removesuffix(".py").replace("/", ".")
     if class_name and plain != module_name and _IMPORT_PATH.fullmatch(f"{plain}:{class_name}"):
         raise SclaError(f"--brain {path} names a file: name its module as in an import, --brain {plain}:{class_name}")
+    if path.endswith(".py") and _IMPORT_PATH.fullmatch(f"{plain}:Class"):
+        raise SclaError(f"--brain {path} names a file: name its module and a class in it, such as {plain}:MyBrain")
     if not _IMPORT_PATH.fullmatch(path):
         raise SclaError(
             f"--brain {path} is unknown: choose {', '.join(BRAINS)}, package.module:Class for your own, "

@@ -32,16 +32,20 @@ class Export:
         """
         if self.nwb is None and self.parquet is None:
             raise SclaError("nothing is asked for: choose --nwb FILE or --parquet FOLDER, or both")
-        from scla_mj.export.nwb import write_nwb
-        from scla_mj.export.parquet import write_parquet
+        from scla_mj.export.nwb import require_new_file, write_nwb
+        from scla_mj.export.parquet import make_empty_folder, write_parquet
         from scla_mj.export.source import exportable
 
         run = exportable(self.path)
-        if self.nwb is not None:
-            file = checked_path(self.nwb, "--nwb")
+        file = None if self.nwb is None else checked_path(self.nwb, "--nwb")
+        folder = None if self.parquet is None else checked_path(self.parquet, "--parquet")
+        if file is not None:
+            require_new_file(file)
+        if folder is not None:
+            make_empty_folder(folder)  # both before either is written
+        if file is not None:
             write_nwb(run, file)
             print(f"Written:  {file}")
-        if self.parquet is not None:
-            for file in write_parquet(run, checked_path(self.parquet, "--parquet")):
-                print(f"Written:  {file}")
+        for table in [] if folder is None else write_parquet(run, folder):
+            print(f"Written:  {table}")
         return 0

@@ -74,6 +74,8 @@ def simulate_fleet(
         SclaError: the configuration or a seed cannot be run; the robots are disturbed or localise themselves, or the
             brain has sensors of its own: those need a process each (`scla-mj reproduce`, or `simulate`).
     """
+    if not isinstance(seeds, Iterable):
+        raise SclaError(f"seeds is {seeds!r}: it must be a list of seeds, such as range(8)")
     checked, seeds = check(config), list(seeds)
     fleet = Fleet(checked, len(seeds), threads=threads)
     brains = [watched_brain(check(dataclasses.replace(checked.config, seed=seed))) for seed in seeds]

@@ -56,6 +56,8 @@ class BrainAgent:
         is_hit: Hit = _is_rewarded,
         goal: tuple[int, int] | None = None,
     ) -> None:
+        if len(moves) != len(ACTIONS):
+            raise SclaError(f"moves is {moves}: it must be the environment's four actions for up, down, left, right")
         checked = check(config)
         self.brain = watched_brain(checked)
         self._cells, self._period_s = checked.config.grid.cells, checked.clock.control_period_s

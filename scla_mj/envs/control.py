@@ -13,6 +13,7 @@ import numpy as np
 from scla_mj.checked import CheckedConfig
 from scla_mj.environment import has_display, with_or_without
 from scla_mj.envs.episodes import BUMPERS, POSE, RAYS, SPEEDS, TARGET, MoveEpisodes, WheelEpisodes
+from scla_mj.errors import SclaError
 from scla_mj.grid import ACTIONS
 from scla_mj.world.opengl import VARIABLE, without_display
 
@@ -130,7 +131,9 @@ class GridMove(_Task):
 
     def before_step(self, action: Any, physics: Any) -> None:
         """Carry out the whole move."""
-        came = self.episodes.act(int(action))
+        if np.size(action) != 1 or np.ravel(action)[0] not in range(len(ACTIONS)):
+            raise SclaError(f"the action is {action!r}: it must be 0 to {len(ACTIONS) - 1}")
+        came = self.episodes.act(int(np.ravel(action)[0]))
         self._reward = float(came.feedback.hit)
         self._discount = 0.0 if came.feedback.hit else 1.0 if came.move.fallen else None
 

@@ -133,7 +133,10 @@ class WheelEpisodes(Episodes):
         Raises:
             SclaError: they are not two numbers from -1 to 1; or the physics has gone wrong.
         """
-        asked = np.asarray(speeds, np.float64)
+        try:
+            asked = np.asarray(speeds, np.float64)
+        except (TypeError, ValueError):
+            asked = np.empty(0)
         if asked.shape != (2,) or not (np.abs(asked) <= 1.0).all():
             raise SclaError(f"the action is {speeds!r}: it must be two numbers from -1 to 1")
         left_rad_s, right_rad_s = (asked * self._top_rad_s).tolist()

@@ -41,6 +41,23 @@ _COLUMNS: Final = {
 }
 
 
+_TAKEN: Final = "--nwb {} is there already: choose another FILE, nothing is overwritten"
+
+
+def require_new_file(file: Path) -> Any:
+    """Return pynwb.
+
+    Raises:
+        SclaError: it is not installed, or the file is there or is no .nwb.
+    """
+    nwb = need("pynwb", "--nwb")
+    if file.suffix != ".nwb":
+        raise SclaError(f"--nwb {file} must end in .nwb: other programs know the format by it")
+    if file.exists():
+        raise SclaError(_TAKEN.format(file))
+    return nwb
+
+
 def write_nwb(run: StoredRun, file: Path) -> None:
     """Write a run's spikes as units, its decisions as trials, its poses as behaviour; nothing is overwritten.
 
@@ -48,18 +65,13 @@ def write_nwb(run: StoredRun, file: Path) -> None:
         SclaError: pynwb is not installed, the file is there, is no .nwb or cannot be written, or the recording is
             damaged.
     """
-    nwb = need("pynwb", "--nwb")
-    if file.suffix != ".nwb":
-        raise SclaError(f"--nwb {file} must end in .nwb: other programs know the format by it")
-    taken = f"--nwb {file} is there already: choose another FILE, nothing is overwritten"
-    if file.exists():
-        raise SclaError(taken)
+    nwb = require_new_file(file)
     content = _session(run)
     _add_trials(content, run)
     _add_behaviour(content, run)
     if run.anatomy is not None:
         _add_neurons(content, run)
-    with replacing(file, taken=taken) as scratch, warnings.catch_warnings():
+    with replacing(file, taken=_TAKEN.format(file), folder="FILE") as scratch, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*does not end in '.nwb'")  # it will when it is whole
         with nwb.NWBHDF5IO(str(scratch), "w") as stream:
             stream.write(content)

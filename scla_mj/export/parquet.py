@@ -16,20 +16,29 @@ from scla_mj.errors import SclaError
 from scla_mj.runs.atomic import replacing, writing
 
 
+def make_empty_folder(folder: Path) -> None:
+    """Make the folder unless it is there.
+
+    Raises:
+        SclaError: it holds something already or cannot be made.
+    """
+    with writing(folder, folder="FOLDER", refusal=f"{folder} is a file, not a folder: choose another FOLDER"):
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise SclaError(f"{folder} is not empty: choose another FOLDER, nothing is overwritten")
+
+
 def write_parquet(run: StoredRun, folder: Path) -> list[Path]:
     """Write a table for each kind of data into a new folder; return their paths.
 
     Raises:
         SclaError: the folder holds something already or cannot be written to, or the recording is damaged.
     """
-    with writing(folder, folder="FOLDER", refusal=f"{folder} is a file, not a folder: choose another FOLDER"):
-        folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
-            raise SclaError(f"{folder} is not empty: choose another FOLDER, nothing is overwritten")
+    make_empty_folder(folder)
     written = []
     for name, table in tables(run):
         path = folder / f"{name}.parquet"
-        with replacing(path, taken=f"{path} is there already: choose another FOLDER") as scratch:
+        with replacing(path, taken=f"{path} is there already: choose another FOLDER", folder="FOLDER") as scratch:
             pq.write_table(table, scratch, compression="zstd")
         written.append(path)
     return written

@@ -85,7 +85,7 @@ def make_film(
             show(count, len(times_s))
 
     try:
-        with replacing(file, taken=taken) as scratch:
+        with replacing(file, taken=taken, folder="FILE") as scratch:
             write_frames(scratch, file.suffix.lower(), drawn(), fps=film.fps)
     finally:
         frames.close()

@@ -28,8 +28,10 @@ _SCRATCH: Final = ".{}.{}.tmp"
 
 
 @contextmanager
-def replacing(path: Path, *, taken: str = "") -> Iterator[Path]:
+def replacing(path: Path, *, taken: str = "", folder: str = "RUN") -> Iterator[Path]:
     """Yield a temporary path next to `path`; what was written there becomes `path` if the block succeeds.
+
+    `folder` as in `writing`.
 
     Raises:
         SclaError: the folder cannot be written to, or the disk is full; `taken` if that is given and `path` is there:
@@ -37,7 +39,7 @@ def replacing(path: Path, *, taken: str = "") -> Iterator[Path]:
     """
     scratch = path.with_name(_SCRATCH.format(path.name, f"{os.getpid()}-{threading.get_ident()}"))
     try:
-        with writing(path, refusal=taken):
+        with writing(path, folder=folder, refusal=taken):
             yield scratch
             _sync(scratch)
             _move(scratch, path, over=not taken)

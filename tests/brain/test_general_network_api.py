@@ -190,6 +190,14 @@ WRONG = {
     "a probability, is 1.5": [[Neurons("a", 1)], [Synapses("a", "a", 1.0, 1.5)]],
     "delay_steps is 0": [[Neurons("a", 1)], [Synapses("a", "a", delay_steps=0)]],
     "two projections are called 'atoa'": [[Neurons("a", 1)], [Synapses("a", "a"), Synapses("a", "a")]],
+    "follow raised AttributeError.*'speed'; p has potentiation": [
+        [Neurons("a", 1)],
+        [Synapses("a", "a", rule=dataclasses.replace(RULE, follow=lambda w, dose, p: p.speed))],
+    ],
+    "on_pre returned 2.0: it must return w, c": [
+        [Neurons("a", 1)],
+        [Synapses("a", "a", rule=dataclasses.replace(RULE, on_pre=lambda w, c, x, y, p: 2.0))],
+    ],
     "source is 'z'": [[Neurons("a", 1)], [], [Modulator(source="z")]],
     "all must be of one": [
         [Neurons("a", 1)],
@@ -212,6 +220,7 @@ def test_what_does_not_fit_together_is_refused_in_a_sentence(sentence):
         ("from 0 to 3", lambda one: one.set_weights("atob", 3.5)),
         ("one weight for all its pairs", lambda one: one.set_weights("btoa", np.arange(200.0).reshape(10, 20))),
         ("no projection", lambda one: one.weights("nothing")),
+        ("is fixed", lambda one: one.eligibility("btoa")),
         ("no population", lambda one: one.run(1.0, {"c": 1.0})),
         ("shape", lambda one: one.run(1.0, {"a": [1.0, 2.0]})),
         ("whole number of steps", lambda one: one.run(0.5)),

@@ -126,6 +126,11 @@ def test_a_file_instead_of_a_module_is_refused_with_the_modules_name(name, capsy
     )
 
 
+def test_a_file_without_a_class_is_told_to_name_both(capsys):
+    assert main(["rollout", "run", "--brain", "./my_brain.py"]) == 2
+    assert "name its module and a class in it, such as my_brain:MyBrain" in capsys.readouterr().err
+
+
 def test_a_module_that_another_hides_is_named_by_its_file(capsys):
     assert main(["rollout", "run", "--brain", "string:Mine"]) == 2
     assert f"the module string ({sys.modules['string'].__file__}) has no class Mine" in capsys.readouterr().err

@@ -131,6 +131,14 @@ def test_dm_control_sees_the_very_same_model_and_data():
     assert world.data.time == pytest.approx(before + world.model.opt.timestep)
 
 
+@pytest.mark.parametrize("action", [7, -1, 1.5, "up", [1, 2]])
+def test_a_move_that_is_none_of_the_four_is_refused(action):
+    env = scla_mj.load("grid_move", "any_start")
+    env.reset()
+    with pytest.raises(SclaError, match="it must be 0 to 3"):
+        env.step(action)
+
+
 def test_without_dm_control_the_sentence_names_the_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "dm_control", None)
     with pytest.raises(SclaError, match=r"scla_mj.load needs dm_control.*: run pip install 'scla-mj\[dm\]'"):

@@ -50,9 +50,13 @@ def test_pynapple_reads_every_neurons_spikes_the_trials_and_the_path(exported):
     assert np.allclose(data["position"].t, poses.time_s)
 
 
-def test_nothing_is_overwritten_and_the_name_says_what_it_is(exported, capsys):
+def test_nothing_is_overwritten_and_the_name_says_what_it_is(exported, capsys, tmp_path):
     run, file = exported
     before = file.read_bytes()
+    taken = tmp_path / "taken"
+    (taken / "kept").mkdir(parents=True)
+    both = ["--nwb", str(tmp_path / "new.nwb"), "--parquet", str(taken)]
+    assert main(["export", str(run.path), *both]) == 2 and not (tmp_path / "new.nwb").exists()
     for name, words in ((file, "is there already: choose another FILE"), (file.with_suffix(".h5"), "must end in .nwb")):
         assert main(["export", str(run.path), "--nwb", str(name)]) == 2
         assert words in capsys.readouterr().err

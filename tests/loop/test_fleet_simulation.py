@@ -54,6 +54,7 @@ def test_every_robot_of_a_fleet_decides_moves_and_learns_as_in_its_own_run_to_th
     [
         (RunConfig(disturbance=with_sets(DisturbanceConfig(), ["mass"])), [1], "a fleet of robots can neither be dis"),
         (RunConfig(brain="q-learning"), [], "the number of robots is 0"),
+        (RunConfig(brain="q-learning"), 3, "it must be a list of seeds"),
         (RunConfig(brain="q-learning"), [1, -1], "--seed is -1"),
         (RunConfig(brain=f"{__name__}:Sighted"), [1], "has sensors of its own"),
     ],

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from scla_mj.brain.network.models import IZHIKEVICH_TYPES, LIF, Izhikevich
-from scla_mj.brain.network.rules import Rule
+from scla_mj.brain.network.rules import Rule, complaint
 from scla_mj.config import Precision
 from scla_mj.errors import SclaError
 from scla_mj.validation import shown
@@ -262,6 +262,8 @@ def _check_rule(name: str, rule: Rule, step_ms: float) -> None:
         _number(f"{name}: {key}", value, -1e9, 1e9)
     _number(f"{name}: low", rule.low, -1e6, 1e6)
     _number(f"{name}: high", rule.high, rule.low, 1e6)
+    wrong = complaint(rule)
+    _require(not wrong, f"{name}: its rule's {wrong}")
 
 
 def _unique(kind: str, names: Iterable[str]) -> None:

@@ -21,10 +21,13 @@ import functools
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import CodeType, FunctionType
+from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any
 
+import numpy as np
+
 from scla_mj.compiled import leaf_njit
+from scla_mj.validation import shown
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,25 @@ class Rule:
     def functions(self) -> tuple[Callable[..., Any], ...]:
         """The three functions."""
         return self.on_pre, self.on_post, self.follow
+
+
+def complaint(rule: Rule) -> str:
+    """Return what is wrong with a rule's functions, each tried once on plain numbers; "" if nothing is."""
+    weight, p = (rule.low + rule.high) / 2.0, SimpleNamespace(**rule.parameters)
+    traces = (0.5,) * len(rule.pre_taus_ms), (0.5,) * len(rule.post_taus_ms)
+    spike, stretch = (weight, 0.0, *traces, p), (weight, 0.0, p)
+    for name, arguments, shape in (("on_pre", spike, (2,)), ("on_post", spike, (2,)), ("follow", stretch, ())):
+        function = getattr(rule, name)
+        try:
+            found = getattr(function, "py_func", function)(*arguments)
+        except (AttributeError, LookupError, NameError, TypeError) as error:
+            has = f"; p has {', '.join(rule.parameters)}" if isinstance(error, AttributeError) else ""
+            return f"{name} raised {type(error).__name__}: {error}{has}"
+        except (ArithmeticError, ValueError):  # of these numbers, perhaps not of others
+            continue
+        if found is None or np.shape(found) != shape:
+            return f"{name} returned {shown(found)}: it must return {'w, c' if shape else 'w'}"
+    return ""
 
 
 def _pair_pre(w: Any, c: Any, x: Any, y: Any, p: Any) -> Any:

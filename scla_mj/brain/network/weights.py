@@ -71,7 +71,13 @@ class Connections(Window):
         return self._values(projection, "weight")
 
     def eligibility(self, projection: str) -> NDArray[Any]:
-        """Return a copy of a plastic projection's eligibilities, shaped like its weights."""
+        """Return a copy of a plastic projection's eligibilities, shaped like its weights.
+
+        Raises:
+            SclaError: there is no such projection, or it is fixed.
+        """
+        if self._projection(projection)[0].rule is None:
+            raise SclaError(f"{projection} is fixed and has no eligibility: give its Synapses a rule")
         return self._values(projection, "eligibility")
 
     def mean_weights(self) -> NDArray[np.float64]:
