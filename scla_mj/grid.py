@@ -115,9 +115,10 @@ class Grid:
         object.__setattr__(self, "distances", self._search([self.target]))
         lost = [cell for cell in self.open_cells() if cell not in self.distances]
         if lost:
-            raise SclaError(
-                f"the cell ({lost[0].x}, {lost[0].y}) is walled off from the target: open a way or close it too"
+            where = (
+                f"the cell ({lost[0].x}, {lost[0].y}) is walled off from the target ({self.target.x}, {self.target.y})"
             )
+            raise SclaError(f"{where}: open a way or close it too")
         if self.others:
             object.__setattr__(self, "distances", self._search(self.targets))
         if len(self.distances) <= len(self.targets):

@@ -67,7 +67,10 @@ class Render:
                 bar.update(task, completed=count, total=of)
 
             frames = make_film(run, decisions, self.file, film, overwrite=self.overwrite, show=show)
-        print(f"Written:  {self.file}, {frames} frames, decisions {decisions.start} to {decisions.stop - 1}")
+        shown = f"{frames} frames, decisions {decisions.start} to {decisions.stop - 1}"
+        if self.file.suffix.lower() == ".png":
+            shown = f"the end of decision {decisions.stop - 1}"
+        print(f"Written:  {self.file}, {shown}")
         return 0
 
     def _check(self) -> None:

@@ -58,7 +58,7 @@ def follow(folder: Path, is_over: Callable[[], bool]) -> int:
 
 def _start(*words: str | Path, **how: Any) -> subprocess.Popen[bytes]:
     """Start the viewer on files, or on its standard input ("-"); it listens on 127.0.0.1 alone."""
-    require_display("Rerun's viewer")
+    require_display("Rerun's viewer", "`scla-mj render` needs none")
     # Standard input takes one thread for itself; with two cores Rerun has no other, and stands still.
     how_to = ("--bind", "127.0.0.1", "--port", "auto", "--threads", str(max(4, os.cpu_count() or 1)))
     with hidden("RERUN", "_RERUN"):

@@ -149,6 +149,7 @@ def _faults(spec: mujoco.MjSpec, robot: Robot) -> Iterator[str]:
 
 _PLURALS: Final = {"body": "bodies"}
 _TINY_M: Final = 1e-6
+_LEAN: Final = 0.06  # rad; one that leans more drives at a fraction of its speed
 
 
 def casters(spec: mujoco.MjSpec, robot: Robot) -> list[Any]:
@@ -184,7 +185,7 @@ def measure(model: Any, robot: Robot) -> Dimensions:
     """Return the robot's dimensions in a compiled model.
 
     Raises:
-        SclaError: it would not stand on its wheels, or its motors have no limits.
+        SclaError: it would not stand level on its wheels, or its motors have no limits.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -195,9 +196,10 @@ def measure(model: Any, robot: Robot) -> Dimensions:
     bumpers = [model.geom(PREFIX + bumper) for bumper in robot.bumpers]
     front, rear = (abs(float(model.body_pos[bumper.bodyid[0], 0])) + float(bumper.size[0]) for bumper in bumpers)
     ahead_m, _, above_m = (data.subtree_com[chassis] - axle_m).tolist()
+    rolling_m = data.geom(PREFIX + robot.tyres[0]).xpos[2] - wheel_radius_m
     slides = [
-        float(data.geom_xpos[geom, 0] - axle_m[0])
-        for geom in range(model.ngeom)
+        (float(ahead), float(height - model.geom_size[geom, 0] - rolling_m))
+        for geom, (ahead, _, height) in enumerate(data.geom_xpos - (axle_m[0], 0.0, 0.0))
         if model.geom(geom).name.startswith(PREFIX + robot.caster)
     ]
     motors = [model.actuator(PREFIX + motor) for motor in robot.motors]
@@ -212,25 +214,32 @@ def measure(model: Any, robot: Robot) -> Dimensions:
         mass_kg=float(model.body_subtreemass[chassis]),
         com_behind_m=-ahead_m,
         com_height_m=above_m + wheel_radius_m,
-        caster_behind_m=max(0.0, *(-x for x in slides)) if slides else 0.0,
-        caster_ahead_m=max(0.0, *slides) if slides else 0.0,
+        caster_behind_m=max(0.0, *(-x for x, _ in slides)) if slides else 0.0,
+        caster_ahead_m=max(0.0, *(x for x, _ in slides)) if slides else 0.0,
         yaw_inertia_kg_m2=_yaw_inertia_kg_m2(model, data, chassis),
         friction=float(model.geom(PREFIX + robot.tyres[0]).friction[0]),
         motor_torque_n_m=min(torques),
         torque_reach_rad_s=min(torques) / min(float(motor.gainprm[0]) for motor in motors),
     )
-    _refuse_undrivable(dimensions, robot)
+    _refuse_undrivable(dimensions, robot, slides)
     return dimensions
 
 
-def _refuse_undrivable(own: Dimensions, robot: Robot) -> None:
-    which, off_m, caster_m = ("behind", own.com_behind_m, own.caster_behind_m)
+def _refuse_undrivable(own: Dimensions, robot: Robot, slides: list[tuple[float, float]]) -> None:
+    which, off_m, caster_m, side = ("behind", own.com_behind_m, own.caster_behind_m, -1)
     if off_m < 0.0:
-        which, off_m, caster_m = ("ahead of", -off_m, own.caster_ahead_m)
+        which, off_m, caster_m, side = ("ahead of", -off_m, own.caster_ahead_m, 1)
     if off_m >= caster_m:
         raise SclaError(
             f"the robot of {robot.file} tips over: its centre of mass lies {1000 * off_m:.1f} mm {which} the axle, and "
             f"no {robot.caster} further out; add one there or move the mass"
+        )
+    gap_m = min(gap_m for x_m, gap_m in slides if side * x_m > off_m)
+    if abs(gap_m) > _LEAN * caster_m:
+        amiss, move = ("higher", "down") if gap_m > 0.0 else ("lower", "up")
+        raise SclaError(
+            f"the robot of {robot.file} leans: the {robot.caster} {which} the axle ends {1000 * abs(gap_m):.1f} mm "
+            f"{amiss} than the wheels; move it {move} by as much"
         )
     if own.top_wheel_speed_rad_s <= 0.0 or own.motor_torque_n_m <= 0.0:
         raise SclaError(

@@ -89,6 +89,8 @@ def test_every_frame_of_a_film_can_be_decoded_again(kind, run, tmp_path, capsys)
     assert main(["render", str(run.path), str(file), *options]) == 0
     poses, _ = stored_poses(run, range(11, 14), drawn_model(run))
     expected = len(frame_times(run, range(11, 14), poses, Film("top", fps=10)))
+    said = "the end of decision 13" if kind == "png" else f"{expected} frames, decisions 11 to 13"
+    assert capsys.readouterr().out == f"Written:  {file}, {said}\n"
     if kind == "mp4":
         with av.open(str(file)) as container:
             sizes = [(frame.width, frame.height) for frame in container.decode(video=0)]

@@ -176,6 +176,10 @@ def test_the_controller_asks_of_a_robot_no_more_than_its_motors_tyres_and_balanc
             ('pos="-0.081 0 -0.027" mass', 'pos="-0.020 0 -0.027" mass'),
             "tips over: its centre of mass lies 28.* behind the axle",
         ),
+        (
+            ('pos="-0.081 0 -0.027" mass', 'pos="-0.081 0 -0.020" mass'),
+            r"leans: the caster_collision behind the axle ends 7\.0 mm higher than the wheels; move it down by as much",
+        ),
         (('ctrlrange="-25 25" forcerange="-0.080 0.080"', ""), "has motors without limits: give both a ctrlrange"),
         (('"0 0.062 0 0 -0.062 0"', '"0 0.162 0 0 -0.162 0"'), r"needs cells of at least 0\.40\d m to turn in"),
     ],
