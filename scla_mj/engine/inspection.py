@@ -114,7 +114,8 @@ class RunInspection(NamedTuple):
         earned = "" if self.percent_of_ceiling is None else f", {self.percent_of_ceiling:.1f} % of the ceiling"
         compared = ", recording agrees" if self.recording is not None else ", no recording"
         if self.complete:
-            head = f"complete: {config.epochs} epochs, {self.hits} hits of {made} decisions"
+            epochs = f"{config.epochs} epoch{'' if config.epochs == 1 else 's'}"
+            head = f"complete: {epochs}, {self.hits} hits of {made} decisions"
             return f"sound, {head}{earned}{compared}"
         head = f"unfinished: {made} of {config.epochs * config.decisions} decisions, {self.hits} hits"
         return f"sound, {head}{earned}{compared}"

@@ -19,8 +19,10 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.report.charts import DASHES, SERIES
 from scla_mj.experiments.report.wording import seeds_text
+from scla_mj.paths import BRAIN_NPZ, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs import drawing, plots
 from scla_mj.runs.atomic import writing
+from scla_mj.runs.seal import check_seal
 
 COLUMN_MM: Final = 85.0
 _POINTS: Final = 60
@@ -59,6 +61,8 @@ def draw_runs(
         SclaError: a run is missing, damaged or twice, or has no summary; a file is already in `out`, or cannot be
             written.
     """
+    for folder in folders:
+        check_seal(folder, SUMMARY_JSON, DECISIONS_PARQUET, BRAIN_NPZ)
     groups = _grouped([StoredRun(folder) for folder in folders])
     figures = {"learning": _learning(groups)}
     for group in groups:
