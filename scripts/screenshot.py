@@ -52,13 +52,16 @@ def take(options: Screenshot) -> None:
     """Start a viewer without a window, show the recording, and write the picture once it no longer changes.
 
     Raises:
-        SclaError: the recording is unreadable, no viewer or Vulkan driver is there, or a view reports an error.
+        SclaError: the recording is unreadable or has no such time, no viewer or Vulkan driver is there, or a view
+            reports an error.
     """
     from scla_mj.telemetry.reading.reader import inspect_recording
 
     recording = options.run / RECORDING_RRD if options.run.is_dir() else options.run
     seen = inspect_recording(recording)
     when_s = seen.simulated_s / 2 if options.sim_time_s is None else options.sim_time_s
+    if not 0.0 <= when_s <= seen.simulated_s:
+        raise SclaError(f"--sim-time-s is {when_s:g}: the recording has 0 to {seen.simulated_s:.2f} s")
     with _viewer(recording, options.size) as viewer:
         viewer.set_time(names.SIM_TIME, duration=when_s, play_state="paused")
         picture = _settled_picture(viewer, max(options.size))

@@ -52,6 +52,10 @@ def span_of(run: StoredRun, first: int | None, last: int | None, epoch: int | No
     start = first if epoch is None else (epoch - 1) * length + 1
     start = 1 if start is None else start
     stop = min(start + SHOWN_BY_DEFAULT - 1, made) if last is None else last
+    if last is not None and last < start <= made:
+        raise SclaError(
+            f"--to {last} is before decision {start}, the first to show: give a later one, or an earlier --from"
+        )
     if not 1 <= start <= stop <= made:
         raise SclaError(f"decisions {start} to {stop} cannot be shown: {run.path} has made 1 to {made}")
     return range(start, stop + 1)

@@ -111,6 +111,7 @@ def test_every_frame_of_a_film_can_be_decoded_again(kind, run, tmp_path, capsys)
         (["film.avi"], "must end in .mp4, .gif or .png"),
         (["film.png", "--from", "29", "--to", "31"], "decisions 29 to 31 cannot be shown"),
         (["film.png", "--epoch", "2"], "cannot be shown"),
+        (["film.gif", "--from", "9", "--to", "3"], "--to 3 is before decision 9, the first to show"),
         (["film.mp4", "--size", "161", "120"], "both must be even for .mp4"),
         (["film.png", "--size", "4000", "3000"], "cannot be drawn: at most"),
         (["film.png", "--fps", "0"], "--fps is 0"),
