@@ -28,11 +28,12 @@ def need(library: str, what: str) -> ModuleType:
     Raises:
         SclaError: it cannot be imported; the sentence names the command that installs it.
     """
+    extra = EXTRA_OF[library]
     try:
         return importlib.import_module(library)
     except ImportError as error:
         why = f"{what} needs {library}, which cannot be imported ({error})"
-        raise SclaError(f"{why}: run {install_line(EXTRA_OF[library])}") from error
+        raise SclaError(f"{why}: run {install_line(extra)}") from error
 
 
 def install_line(extra: str) -> str:

@@ -12,6 +12,7 @@ import pytest
 import scla_mj
 from scla_mj.cli.main import main
 from scla_mj.experiments.catalogue import CATALOGUE
+from scla_mj.extras import EXTRA_OF
 
 PACKAGE = Path(scla_mj.__file__).parent
 ROOT = Path(__file__).parents[1]
@@ -74,15 +75,23 @@ def test_no_door_is_opened_to_the_network(path):
         assert not served, f"{function}: a viewer may only be reached on 127.0.0.1, and this test must see that"
 
 
+FROM_A_TABLE = {("__init__.py", "_PLACES[name]"), ("extras.py", "library"), ("opengl.py", "f'mujoco.{name}'")}
+
+
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_only_the_brain_that_the_user_names_is_imported_by_its_name(path):
-    by_name = [call for call in calls(path) if "import_module" in ast.unparse(call.func)]
+    by_name = [call for call in calls(path) if ast.unparse(call.func).endswith("import_module")]
     if str(path.relative_to(PACKAGE)) in LOADERS:
         assert len(by_name) == 1
         return
     for call in by_name:  # elsewhere: the names of our own modules, in a process of their own or from a fixed table
         own = "worker" in path.name and isinstance(call.args[0], ast.JoinedStr)
-        assert own or ast.unparse(call.args[0]) == "_PLACES[name]"
+        assert own or (path.name, ast.unparse(call.args[0])) in FROM_A_TABLE
+
+
+def test_libraries_of_extras_are_imported_by_names_that_stand_in_the_code():
+    named = [call.args[0] for path in MODULES for call in calls(path) if ast.unparse(call.func) == "need"]
+    assert len(named) > 3 and all(isinstance(name, ast.Constant) and name.value in EXTRA_OF for name in named)
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)

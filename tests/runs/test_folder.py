@@ -87,7 +87,7 @@ def test_every_name_in_a_run_folder_is_guarded():
     names = {
         value
         for name, value in vars(paths).items()
-        if name.isupper() and not name.endswith(("_XML", "_PATTERN", "LOCK", "FIGURES"))
+        if name.isupper() and not name.endswith(("_XML", "_PATTERN", "LOCK", "WATCHED", "FIGURES"))
     }
     assert names == set(RUN_FILES)
 
