@@ -33,7 +33,7 @@ def hints(kind: Any = RunConfig, *path: str) -> dict[str, Any]:
         bare = typing.get_args(hint)[0] if typing.get_origin(hint) is typing.Annotated else hint
         if dataclasses.is_dataclass(bare):
             found |= hints(bare, name)
-        elif not name.startswith("__") and name != "brain_settings":
+        elif not name.startswith("__") and name != "brain_settings" and "Suppress" not in repr(hint):
             found[option_of(*path, name)] = hint
     return found
 
@@ -66,12 +66,22 @@ def words(option: str, hint: Any, default: Any, tame: bool) -> st.SearchStrategy
             "scla:",
         ]
         return st.sampled_from([*BRAINS] if tame else [*BRAINS, *BRAINS, *strange]).map(lambda word: [word])
+    if option == "robot":
+        strange = ["mouse.xml", "/etc/passwd", "..", "no-such"]
+        return st.sampled_from(["burger", "mouse"] if tame else ["burger", "mouse", *strange]).map(lambda word: [word])
+    if option == "floor":
+        return st.sampled_from(["maze"] if tame else ["maze", "maze.txt", "/dev/null", ""]).map(lambda word: [word])
     if typing.get_origin(hint) is Literal:
         return st.sampled_from(typing.get_args(hint)).map(lambda word: [str(word)])
     if option == "closed-cells":
         if tame:
             return st.sampled_from([["1", "1"], ["2", "2", "4", "4"], ["5", "1", "5", "2"]])
         return st.lists(st.integers(0, 6).map(str), max_size=9)
+    if option.endswith("projections"):
+        names = st.sampled_from(
+            ["SUtoML", "SLtoMU", "MUtoMD:-0.5", *([] if tame else ["SUtoMU", "XtoMU", "SUtoML:99"])]
+        )
+        return st.lists(names, min_size=1, max_size=2, unique=True)
     if typing.get_origin(hint) is tuple:
         kind = typing.get_args(hint)[0]
         if isinstance(default[0], int):

@@ -46,6 +46,7 @@ class StoredRun:
     def __init__(self, path: Path | str) -> None:
         run = open_run(path)
         self.path, self.config = run.path, run.config
+        self._checked_recording = False
         self.anatomy, self.run_id, self.versions = run.anatomy, run.run_id, run.versions
 
     def __repr__(self) -> str:
@@ -174,6 +175,9 @@ class StoredRun:
 
     def _read_recording(self, read: Callable[[list[Path], Any], _Read], decision: int | range | None) -> _Read:
         parts = self.recordings
+        if not self._checked_recording:  # a recording that was cut short can be read, and holds too little
+            check_seal(self.path, *(part.name for part in parts))
+            self._checked_recording = True
         try:
             return read(parts, decision if decision is None or isinstance(decision, range) else self._number(decision))
         except SclaError:
