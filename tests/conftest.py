@@ -1,6 +1,9 @@
 """What every test can take for granted, wherever the tests were started from."""
 
+import importlib.util
 import signal
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,3 +16,15 @@ def _ctrl_c_reaches_tests_that_were_started_in_the_background():
         signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture(scope="module")
+def screenshot():
+    """Return scripts/screenshot.py as a module."""
+    file = Path(__file__).parents[1] / "scripts" / "screenshot.py"
+    spec = importlib.util.spec_from_file_location("screenshot", file)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["screenshot"] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules["screenshot"]

@@ -1,23 +1,10 @@
 """The viewer that takes the picture is gone when the picture is taken: the program that its wrapper starts too."""
 
-import importlib.util
 import os
-import sys
 import time
 from pathlib import Path
 
 import pytest
-
-_SPEC = importlib.util.spec_from_file_location("screenshot", Path(__file__).parents[2] / "scripts" / "screenshot.py")
-
-
-@pytest.fixture(scope="module")
-def screenshot():
-    module = importlib.util.module_from_spec(_SPEC)
-    sys.modules["screenshot"] = module  # dataclasses look their module up
-    _SPEC.loader.exec_module(module)
-    yield module
-    del sys.modules["screenshot"]
 
 
 def is_running(process_id):

@@ -5,11 +5,8 @@ Rerun's headless viewer has its dark theme only.
 
 from __future__ import annotations
 
-import importlib.util
 import io
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,16 +21,6 @@ from scla_mj.telemetry.recording import RerunRecorder
 DECISIONS = 60
 MENU_PX, TITLE_PX = 36, 28
 WINDOW, COLUMNS = (1800, 1000), 5
-_SPEC = importlib.util.spec_from_file_location("screenshot", Path(__file__).parents[2] / "scripts" / "screenshot.py")
-
-
-@pytest.fixture(scope="module")
-def screenshot():
-    module = importlib.util.module_from_spec(_SPEC)
-    sys.modules["screenshot"] = module  # dataclasses look their module up
-    _SPEC.loader.exec_module(module)
-    yield module
-    del sys.modules["screenshot"]
 
 
 def every_panel(panels):
