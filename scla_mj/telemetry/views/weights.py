@@ -49,7 +49,7 @@ class WeightPicture(base.View):
         count = sum(math.prod(own.shape) for own in self._projections)
         picture = rrb.Spatial2DView(
             origin=f"/{_PICTURE}",
-            name=f"All {count:,} weights{paired}: a row a presynaptic neuron, a column a postsynaptic one",
+            name=f"All {count:,} weights{paired}: rows are presynaptic neurons, columns postsynaptic",
             visual_bounds=rrb.VisualBounds2D(x_range=[-_GAP, width + _GAP], y_range=[-_GAP, height + _GAP]),
             background=list(BACKGROUND),
         )
