@@ -1,9 +1,9 @@
-"""The progress bars: of a rollout, and of many runs."""
+"""The progress bars: of a rollout, of many runs, and of a film."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
@@ -67,6 +67,22 @@ class RolloutProgress:
     ) -> None:
         if self._done:  # rich ends even a bar that never began with an empty line
             self._bar.stop()
+
+
+@contextlib.contextmanager
+def frames_bar() -> Iterator[Callable[[int, int], None]]:
+    """Show how many frames are drawn; yields what is told of them, and of all. The bar appears with the first one."""
+    columns = (TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    progress = Progress(*columns, console=Console(stderr=True))
+    bar = progress.add_task("frames")
+    with contextlib.ExitStack() as shown:
+
+        def show(count: int, total: int) -> None:
+            if not progress.live.is_started:
+                shown.enter_context(progress)
+            progress.update(bar, completed=count, total=total)
+
+        yield show
 
 
 @contextlib.contextmanager

@@ -49,9 +49,7 @@ class Render:
         Raises:
             SclaError: the run, these decisions or FILE cannot be, or nothing here can draw or encode.
         """
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
+        from scla_mj.cli.progress import frames_bar
         from scla_mj.engine.stored_run import load_run
         from scla_mj.render.film import Film, make_film, span_of
 
@@ -59,13 +57,7 @@ class Render:
         run = load_run(self.path)
         decisions = span_of(run, self.first, self.last, self.epoch)
         film = Film(self.camera, self.size, self.fps, self.speed, overlay=self.overlay, draft=self.draft)
-        columns = TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-        with Progress(*columns, console=Console(stderr=True)) as bar:
-            task = bar.add_task("frames", total=None)
-
-            def show(count: int, of: int) -> None:
-                bar.update(task, completed=count, total=of)
-
+        with frames_bar() as show:
             frames = make_film(run, decisions, self.file, film, overwrite=self.overwrite, show=show)
         shown = f"{frames} frames, decisions {decisions.start} to {decisions.stop - 1}"
         if self.file.suffix.lower() == ".png":

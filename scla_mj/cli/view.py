@@ -35,8 +35,8 @@ class View:
         """Open the viewer; return the exit code.
 
         Raises:
-            SclaError: there is no run, recording or display, the viewer fails, or a run in progress is not to be
-                followed.
+            SclaError: there is no run, recording or display, the recording is damaged, the viewer fails, or a run in
+                progress is not to be followed.
         """
         from scla_mj.engine.lock import is_in_use
         from scla_mj.engine.stored_run import load_run
@@ -47,14 +47,14 @@ class View:
         if in_progress and not self.follow:
             keep_up = f"scla-mj view {shlex.quote(str(self.path))} --follow"
             raise SclaError(f"{self.path} is in progress: `{keep_up}` shows it as it goes")
+        if not (self.mujoco if run.config.telemetry == "off" else in_progress):
+            parts = run.recordings  # what is wrong with it is said before a display is asked for
         if self.mujoco:
             from scla_mj.render.film import span_of
             from scla_mj.render.replay import replay
 
             replay(run, span_of(run, self.first, run.decisions.num_rows, None), speed=self.speed)
             return 0
-        if not in_progress or run.config.telemetry == "off":
-            parts = run.recordings
         if run.is_complete and not in_progress:
             code = open_files(parts)
         else:  # Rerun opens a file that has no end yet, but follows only its standard input

@@ -161,7 +161,7 @@ class StoredRun:
         """The files of the recording, in their order: a resumed run has several.
 
         Raises:
-            SclaError: there is none.
+            SclaError: there is none, or one is not as the run left it.
         """
         parts = paths.recordings(self.path)
         if not parts:
@@ -171,13 +171,13 @@ class StoredRun:
                 f"{self.path} has no recording (--telemetry off): "
                 "run the same configuration with telemetry light or full"
             )
+        if not self._checked_recording:  # a recording that was cut short can be read, and holds too little
+            check_seal(self.path, *(part.name for part in parts))
+            self._checked_recording = True
         return parts
 
     def _read_recording(self, read: Callable[[list[Path], Any], _Read], decision: int | range | None) -> _Read:
         parts = self.recordings
-        if not self._checked_recording:  # a recording that was cut short can be read, and holds too little
-            check_seal(self.path, *(part.name for part in parts))
-            self._checked_recording = True
         try:
             return read(parts, decision if decision is None or isinstance(decision, range) else self._number(decision))
         except SclaError:

@@ -80,5 +80,9 @@ def test_what_cannot_be_shown_is_said_in_one_sentence(tmp_path, monkeypatch, cap
     assert "needs a display" in refusal(run)
     with running(run):
         assert f"is in progress: `scla-mj view {run} --follow`" in refusal(run)
+    with (run / "recording.rrd").open("r+b") as recording:
+        recording.truncate(1000)
+    for words in ([run], [run, "--mujoco"]):
+        assert "recording.rrd is damaged" in refusal(*words)
     (run / "recording.rrd").unlink()
     assert "recording.rrd is missing" in refusal(run)

@@ -120,7 +120,9 @@ def test_every_frame_of_a_film_can_be_decoded_again(kind, run, tmp_path, capsys)
 )
 def test_what_cannot_be_shown_is_said_in_one_sentence_and_nothing_is_left(words, sentence, run, tmp_path, capsys):
     assert main(["render", str(run.path), str(tmp_path / words[0]), *words[1:]]) == 2
-    assert sentence in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.startswith("scla-mj: ") and said.count("\n") == 1  # no bar of a film that there will not be
     assert not list(tmp_path.iterdir())
 
 
@@ -128,4 +130,6 @@ def test_without_an_encoder_the_line_that_installs_one_is_named(run, tmp_path, m
     monkeypatch.setenv("PATH", "")
     monkeypatch.setitem(sys.modules, "av", None)
     assert main(["render", str(run.path), str(tmp_path / "film.mp4")]) == 2
-    assert "pip install 'scla-mj[video]'" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert said.startswith("scla-mj: film.mp4, without ffmpeg on the path,") and said.count("\n") == 1
+    assert "pip install 'scla-mj[video]'" in said
