@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 _EARNED: Final = ("epochs", "transitions", "max_position_error_m", "simulated_s", "localisation")
 """What a summary says besides the settings and the machine's own time, which no two runs share."""
+_ARRAYS: Final = ("weights", "probabilities")
+_STORED: Final = {"decisions": "decisions", "summary": "a summary", "brain": "weights or action probabilities"}
+"""What a run stores of each part: no table of Q-learning's, for one."""
 
 
 class DecisionDifference(NamedTuple):
@@ -31,7 +34,8 @@ class DecisionDifference(NamedTuple):
 class RunDifference(NamedTuple):
     """In what two runs differ: both values by name. Other versions of the packages do not count as a difference.
 
-    `rows` are the numbers of decisions. `brains` names the arrays that differ, or that one of the two lacks.
+    `rows` are the numbers of decisions. `brains` names the arrays that differ, or that one of the two lacks. `absent`
+    are the parts of which neither run stores anything to compare: decisions, summary, brain.
     """
 
     settings: dict[str, tuple[Any, Any]]
@@ -40,6 +44,7 @@ class RunDifference(NamedTuple):
     decisions: DecisionDifference | None
     summary: dict[str, tuple[Any, Any]]
     brains: tuple[str, ...]
+    absent: tuple[str, ...]
 
     @property
     def same(self) -> bool:
@@ -47,24 +52,24 @@ class RunDifference(NamedTuple):
         return not (self.settings or self.decisions or self.summary or self.brains)
 
     def sentence(self) -> str:
-        """Return in one line what is the same and what differs."""
-        if self.same:
-            return f"are the same to the bit: settings, {self.rows[0]} decisions, summary, brain"
+        """Return in one line what differs, what is the same, and what neither run stores."""
         differing = {
-            f"settings ({', '.join(self.settings)})": self.settings,
-            self._where(): self.decisions,
-            f"summary ({', '.join(self.summary)})": self.summary,
-            f"brain ({', '.join(self.brains)})": self.brains,
+            "settings": f"settings ({', '.join(self.settings)})" if self.settings else "",
+            "decisions": self._where() if self.decisions else "",
+            "summary": f"summary ({', '.join(self.summary)})" if self.summary else "",
+            "brain": f"brain ({', '.join(self.brains)})" if self.brains else "",
         }
-        parts = ("settings", "decisions", "summary", "brain")
-        same = [part for part, found in zip(parts, differing.values(), strict=True) if not found]
-        return f"differ: {', '.join(text for text, found in differing.items() if found)}" + (
-            f"; the same: {', '.join(same)}" if same else ""
-        )
+        same = [part for part, text in differing.items() if not text and part not in self.absent]
+        stored = ", ".join(_STORED[part] for part in self.absent)
+        unknown = f"; neither run stores {stored}" if stored else ""
+        if self.same:
+            said = ", ".join(f"{self.rows[0]} decisions" if part == "decisions" else part for part in same)
+            return f"are the same to the bit: {said}{unknown}"
+        alike = f"; the same: {', '.join(same)}" if same else ""
+        return f"differ: {', '.join(filter(None, differing.values()))}{alike}{unknown}"
 
     def _where(self) -> str:
-        if self.decisions is None:
-            return "decisions"
+        assert self.decisions is not None
         first, (one, other) = self.decisions, self.rows
         ends = "" if one == other else f" ({one} and {other} of them)"
         return f"decisions from epoch {first.epoch}, decision {first.decision} on{ends}"
@@ -73,13 +78,19 @@ class RunDifference(NamedTuple):
 def compare_runs(one: RunInspection, other: RunInspection) -> RunDifference:
     """Compare two runs that are not damaged, as `inspect_run` returned them."""
     assert one.run is not None and other.run is not None
+    held = {
+        "decisions": one.made or other.made,
+        "summary": one.summary or other.summary,
+        "brain": any(_array(found, name) for found in (one, other) for name in _ARRAYS),
+    }
     return RunDifference(
         settings=_differing(_options(one.run.config), _options(other.run.config)),
         versions=_differing(one.run.versions, other.run.versions),
         rows=(one.made, other.made),
         decisions=_first_difference(one.decisions, other.decisions),
         summary=_differing(_figures(one), _figures(other)),
-        brains=tuple(name for name in ("weights", "probabilities") if _array(one, name) != _array(other, name)),
+        brains=tuple(name for name in _ARRAYS if _array(one, name) != _array(other, name)),
+        absent=tuple(part for part, found in held.items() if not found),
     )
 
 
