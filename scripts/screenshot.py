@@ -1,6 +1,7 @@
 """Take a picture of a run's recording as the Rerun viewer shows it, on a machine without a screen.
 
-Needs a Vulkan driver; without a graphics card a software one does (Debian: mesa-vulkan-drivers libvulkan1).
+Needs a Vulkan driver; without a graphics card a software one does (Debian: mesa-vulkan-drivers libvulkan1). The light
+theme needs Xvfb too (Debian: xvfb): without a window the viewer has its dark theme only.
 """
 
 from __future__ import annotations
@@ -8,16 +9,19 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal
 
+import rerun
 import tyro
 
 from scla_mj.errors import SclaError
@@ -28,8 +32,12 @@ _START_S: Final = 60.0
 """Longest that the viewer may take to start and to load the recording."""
 _DRAW_S: Final = 120.0
 """Longest that it may take to draw: a software renderer is slow."""
+_END_S: Final = 2.0
+"""How long a program may take to end by itself."""
 _MENU_PX: Final = 36
 """Height of the viewer's menu bar at scale 1."""
+
+Theme = Literal["dark", "light"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +49,13 @@ class Screenshot:
     output: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="PNG")]
     """The picture to write."""
     sim_time_s: float | None = None
-    """Where the time cursor stands; the run's middle if not given."""
+    """Where the time cursor stands; the run's middle if neither this nor --decision is given."""
+    decision: int | None = None
+    """The decision where it stands, on the timeline that counts decisions."""
+    tab: str = "Now"
+    """The dashboard's tab."""
+    theme: Theme = "dark"
+    """The viewer's theme."""
     size: tuple[int, int] = (1800, 1050)
     """Width and height of the window."""
     menu: bool = False
@@ -49,21 +63,17 @@ class Screenshot:
 
 
 def take(options: Screenshot) -> None:
-    """Start a viewer without a window, show the recording, and write the picture once it no longer changes.
+    """Start a viewer without a screen, show the recording, and write the picture once it no longer changes.
 
     Raises:
-        SclaError: the recording is unreadable or has no such time, no viewer or Vulkan driver is there, or a view
-            reports an error.
+        SclaError: the recording is unreadable or has no such moment or tab, no viewer, Vulkan driver or virtual display
+            is there, or a view reports an error.
     """
-    from scla_mj.telemetry.reading.reader import inspect_recording
-
     recording = options.run / RECORDING_RRD if options.run.is_dir() else options.run
-    seen = inspect_recording(recording)
-    when_s = seen.simulated_s / 2 if options.sim_time_s is None else options.sim_time_s
-    if not 0.0 <= when_s <= seen.simulated_s:
-        raise SclaError(f"--sim-time-s is {when_s:g}: the recording has 0 to {seen.simulated_s:.2f} s")
-    with _viewer(recording, options.size) as viewer:
-        viewer.set_time(names.SIM_TIME, duration=when_s, play_state="paused")
+    timeline, moment = _moment(options, recording)
+    with open_viewer(recording, options.size, options.theme) as viewer:
+        _show_tab(viewer, options.tab)
+        viewer.set_time(timeline, **moment, play_state="paused")
         picture = _settled_picture(viewer, max(options.size))
         reports = [report for view in viewer.get_state().views for report in view.reports]
     if reports:
@@ -71,31 +81,99 @@ def take(options: Screenshot) -> None:
     options.output.write_bytes(picture if options.menu else _without_menu(picture))
 
 
+def _moment(options: Screenshot, recording: Path) -> tuple[str, dict[str, Any]]:
+    """Return the timeline and the place on it."""
+    from scla_mj.telemetry.reading.reader import inspect_recording
+
+    seen = inspect_recording(recording)
+    if options.decision is not None:
+        if options.sim_time_s is not None:
+            raise SclaError("--decision and --sim-time-s are two moments: give one of them")
+        if not 0 <= options.decision <= seen.decisions:
+            raise SclaError(f"--decision is {options.decision}: the recording has 0 to {seen.decisions}")
+        return names.DECISION, {"sequence": options.decision}
+    when_s = seen.simulated_s / 2 if options.sim_time_s is None else options.sim_time_s
+    if not 0.0 <= when_s <= seen.simulated_s:
+        raise SclaError(f"--sim-time-s is {when_s:g}: the recording has 0 to {seen.simulated_s:.2f} s")
+    return names.SIM_TIME, {"duration": when_s}
+
+
+def _show_tab(viewer: Any, tab: str) -> None:
+    """Bring a tab to the front, in the blueprint that the viewer shows."""
+    blueprint = viewer.get_blueprint("recording").blueprint
+    containers = {path.strip("/"): parts.get("ContainerBlueprint", {}) for path, parts in blueprint.items()}
+    root = containers[f"container/{blueprint['/viewport']['ViewportBlueprint']['root_container']}"]
+    tabs = {containers.get(place, {}).get("display_name"): place for place in root["contents"]}
+    if tab not in tabs:
+        raise SclaError(f"--tab is {tab!r}: the recording has {', '.join(name for name in tabs if name)}")
+    if root.get("active_tab") != tabs[tab]:
+        root["active_tab"] = tabs[tab]
+        viewer.set_blueprint(blueprint, "recording")
+
+
 @contextlib.contextmanager
-def _viewer(recording: Path, size: tuple[int, int]) -> Iterator[Any]:
+def open_viewer(recording: Path, size: tuple[int, int], theme: Theme = "dark") -> Iterator[Any]:
     """Run the viewer that came with rerun-sdk on loopback, until the recording's views are there."""
     port = _free_port()
     command = [
-        sys.executable, "-m", "rerun", "--headless", "--window-size", f"{size[0]}x{size[1]}", "--hide-welcome-screen",
+        sys.executable, "-m", "rerun", "--window-size", f"{size[0]}x{size[1]}", "--hide-welcome-screen",
         "--bind", "127.0.0.1", "--port", str(port), str(recording.resolve()),
     ]  # fmt: skip
-    environment = {"XDG_RUNTIME_DIR": "/tmp"} | os.environ
-    with _group_of(command, environment) as process:
-        yield _connected(process, port)
+    with contextlib.ExitStack() as stack:
+        home = stack.enter_context(tempfile.TemporaryDirectory())
+        environment = os.environ | {"XDG_RUNTIME_DIR": home, "XDG_DATA_HOME": home}
+        if theme == "light":
+            _prefer_light(Path(home))
+            environment["DISPLAY"] = stack.enter_context(_virtual_display(size))
+        else:
+            command.append("--headless")
+        yield _connected(stack.enter_context(_group_of(command, environment)), port)
+
+
+def _prefer_light(data_home: Path) -> None:
+    """Store the theme where a viewer with a window finds its settings, which must be of its own version."""
+    settings = data_home / "rerun" / "app.ron"
+    settings.parent.mkdir()
+    settings.write_text(f'{{"rerun.version": "{rerun.__version__}", "egui": "(options:(theme_preference:Light))"}}')
 
 
 @contextlib.contextmanager
-def _group_of(command: list[str], environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+def _virtual_display(size: tuple[int, int]) -> Iterator[str]:
+    """Run an X server without a screen, and give its address.
+
+    It is twice as wide: the pointer starts in the middle, where it would hover over a view.
+    """
+    if shutil.which("Xvfb") is None:
+        raise SclaError("the light theme needs a virtual display: Xvfb is not installed (Debian: apt-get install xvfb)")
+    reading, writing = os.pipe()
+    screen = f"{2 * size[0] + 2}x{size[1]}x24"
+    command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", screen, "-nolisten", "tcp"]
+    with os.fdopen(reading) as told, _group_of(command, dict(os.environ), pass_fds=(writing,)):
+        os.close(writing)
+        yield f":{told.readline().strip()}"
+
+
+@contextlib.contextmanager
+def _group_of(
+    command: list[str], environment: dict[str, str], pass_fds: tuple[int, ...] = ()
+) -> Iterator[subprocess.Popen[bytes]]:
     """Run a command in a session of its own, and end all of it: what it started too, and if it ended itself too."""
     process = subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, start_new_session=True
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+        start_new_session=True,
+        pass_fds=pass_fds,
     )
     try:
         yield process
     finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)  # it holds nothing to save, and must not outlive its parent
-        process.wait()
+        for number in (signal.SIGTERM, signal.SIGKILL):  # none may outlive its parent
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, number)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(_END_S)
 
 
 def _connected(process: subprocess.Popen[bytes], port: int) -> Any:

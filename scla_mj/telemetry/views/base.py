@@ -52,7 +52,7 @@ _DECISION_S: Final = 0.98
 _SCROLL_S: Final = 60.0
 
 LABEL_COLOUR: Final[RGB] = (255, 255, 255)
-"""Of text in a view: Rerun draws it on a box of its own, dark in either theme."""
+"""Of text in a view: Rerun draws it on a box of its own, which the light theme makes lighter than what is behind it."""
 
 cursor: Final = rrb.TimeRangeBoundary.cursor_relative
 WHOLE_RUN: Final = rrb.TimeAxis(

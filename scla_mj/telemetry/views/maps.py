@@ -20,6 +20,8 @@ _MOST_LABELS: Final = 150
 """Cells of which each still has room for a number."""
 _LABEL_RISE: Final = 0.2
 """Rerun draws a label below its point: by about this part of a cell."""
+_PATCH: Final = 0.44
+"""Height of the dark patch behind a number, by a cell's: the light theme's labels are white on bright cells."""
 
 
 class Maps(base.View):
@@ -29,6 +31,9 @@ class Maps(base.View):
         super().__init__(stream, run)
         self._cells = run.grid.cells
         self._visits = np.zeros(self._cells, np.int64)
+        cells = run.grid.open_cells()
+        self._labelled = cells if len(cells) <= _MOST_LABELS else []
+        self._centres = [(cell.x - 0.5, self._cells[1] - cell.y + 0.5) for cell in self._labelled]
         self._has_values, self._has_policy = run.memory.values is not None, run.memory.probabilities is not None
 
     def panels(self) -> list[base.Panel]:
@@ -52,12 +57,15 @@ class Maps(base.View):
 
     def log_static(self) -> None:
         """Log how the maps look."""
+        width, height = self._cells
+        form = rr.components.ImageFormat(width=width, height=height, channel_datatype="U8", color_model="L")
+        bars = [[(x - 0.1, y), (x + 0.1, y)] for x, y in self._centres]
         for entity, colormap in ((_VALUE, "viridis"), (_VISITS, "inferno")):
-            width, height = self._cells
-            form = rr.components.ImageFormat(width=width, height=height, channel_datatype="U8", color_model="L")
-            look = rr.DepthImage.from_fields(format=form, colormap=colormap, depth_range=[0, 255])
             if entity == _VISITS or self._has_values:
+                look = rr.DepthImage.from_fields(format=form, colormap=colormap, depth_range=[0, 255])
                 self.stream.log(f"{entity}/cells", look, static=True)
+                patches = rr.LineStrips2D(bars, radii=[_PATCH / 2], colors=[BACKGROUND])
+                self.stream.log(f"{entity}/patches", patches, static=True)
 
     def add(self, record: DecisionRecord, decision: int) -> None:
         """Count where the decision was made."""
@@ -87,11 +95,10 @@ class Maps(base.View):
         """Log a map, (W, H), with y upwards, and a number in every open cell."""
         shades = np.clip(values * (255 / max(float(values.max()), 1e-9)), 0, 255).astype(np.uint8)
         self.stream.log(f"{entity}/cells", rr.DepthImage.from_fields(buffer=shades.T[::-1].tobytes()))
-        cells = self.run.grid.open_cells()
-        if len(cells) <= _MOST_LABELS:
+        if self._labelled:
             labels = rr.Points2D(
-                [(cell.x - 0.5, self._cells[1] - cell.y + 0.5 - _LABEL_RISE) for cell in cells],
-                labels=[form.format(values[cell.x - 1, cell.y - 1]) for cell in cells],
+                [(x, y - _LABEL_RISE) for x, y in self._centres],
+                labels=[form.format(values[cell.x - 1, cell.y - 1]) for cell in self._labelled],
                 colors=[base.LABEL_COLOUR],
                 radii=[rr.Radius.ui_points(0.0)],
                 show_labels=True,

@@ -32,7 +32,7 @@ _FULL_SHOWN_MS: Final = 1300.0
 """A full recording's raster shows a whole decision, a light one's the last thinking windows."""
 ASPECT: Final = 0.46
 """Height of the raster by its width, as its place in the dashboard wants it."""
-LABELS_SHARE: Final = 0.07
+LABELS_SHARE: Final = 0.1
 """Room for the populations' names right of now, by the raster's width."""
 _LABEL_RISE: Final = 0.035
 """Rerun draws a label below its point: by about this share of the neurons."""

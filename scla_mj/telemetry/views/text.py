@@ -67,7 +67,7 @@ def _neurons(run: base.RecordedRun) -> str:
         f"{role or 'others'}: {', '.join(own.name for own in run.anatomy.of_role(role))}"
         for role in {own.role: None for own in run.populations}
     ]
-    weights = ", ".join(f"{own.name} from {own.source} to {own.target}" for own in run.projections)
+    weights = ", ".join(f"{own.source} to {own.target}" for own in run.projections)
     return (
         f"- **Spikes.** A dot per spike, a row per neuron; from above, {'; '.join(groups)}.\n"
         "  A frame closes round a thinking window once its move has ended, in the colour of how.\n"
@@ -84,8 +84,8 @@ Protocol `{run.config.protocol}`, where a shortest path earns {run.ceiling_hits_
 Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
 
 - **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows
-  on the floor: how probable each action is in each cell, yellow up, blue down, green left, pink right; over the robot:
-  the votes of its motor populations. A gold beam: it senses the target. Greener tiles: cells that it finds better.
+  on the floor: how probable each action is in each cell, orange up, blue down, green left, pink right; over the robot:
+  the votes of its motor populations. A white beam: it senses the target. Greener tiles: cells that it finds better.
 - **Last decisions.** A column per decision: what it senses, is advised and does; a disc for how that ended.
 {_neurons(run)}- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
 - More: docs/recording.md.

@@ -9,7 +9,7 @@ import rerun as rr
 
 from scla_mj.anatomy import Anatomy, motors_of
 from scla_mj.grid import Action
-from scla_mj.palette import ACTION_COLOURS, HIT_COLOUR
+from scla_mj.palette import ACTION_COLOURS
 from scla_mj.signals import DecisionRecord
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
@@ -19,6 +19,7 @@ _BEAM: Final = f"{names.WORLD}/beam"
 _HEIGHT_M: Final = 0.17
 """Above the robot."""
 _BEAM_HEIGHT_M: Final = 0.05
+_BEAM_COLOUR: Final = (245, 245, 245)
 _REACH: Final = 1.0
 """Length, in cells, of the arrow of a population that has all spikes."""
 _STEPS: Final = np.array([(*action.step, 0) for action in Action], np.float32)
@@ -35,7 +36,7 @@ class Votes(base.View):
 
     def log_static(self) -> None:
         """Log how wide they are, and the colours."""
-        beam = rr.LineStrips3D.from_fields(radii=[0.008], colors=[HIT_COLOUR])
+        beam = rr.LineStrips3D.from_fields(radii=[0.008], colors=[_BEAM_COLOUR])
         self.stream.log(_BEAM, beam, static=True)
         if self._motors:
             look = rr.Arrows3D.from_fields(radii=[0.011], colors=[ACTION_COLOURS[action] for action in Action])
