@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import difflib
 import hashlib
 import importlib
 import re
@@ -159,16 +160,44 @@ def own_settings(brain: type[Brain], config: RunConfig) -> Any:
     """
     kind = brain.Settings
     if kind is None:
-        if config.brain_settings:
-            name = option_of(next(iter(config.brain_settings)))
-            raise SclaError(f"--brain.{name} is not a setting: --brain {config.brain} has none of its own")
+        require_own(brain, config, config.brain_settings)
         return None
     if not (isinstance(kind, type) and dataclasses.is_dataclass(kind)):
         raise SclaError(f"--brain {config.brain}: its Settings must be a dataclass")
     for field in dataclasses.fields(kind):
         if field.default is field.default_factory is dataclasses.MISSING:
             raise SclaError(f"--brain {config.brain}: its setting {field.name} must have a default")
+    require_own(brain, config, config.brain_settings)
     return validated(kind, config.brain_settings, spell=lambda path: f"--brain.{option_of(*path)}")
+
+
+def require_own(brain: type[Brain], config: RunConfig, names: Iterable[str]) -> None:
+    """Refuse names that are none of a brain's own settings.
+
+    Raises:
+        SclaError: the sentence says which brains of ours have it, and what this one has.
+    """
+    own = _own_names(brain)
+    for name in map(option_of, names):
+        if name not in own:
+            others = ", ".join(other for other, kind in BRAINS.items() if name in _own_names(kind))
+            shared = [option for option in flatten(config) if option.rpartition(".")[2] == name]
+            meant = [
+                option
+                for option in shared
+                if not option.startswith(_OF_BRAINS) or option.startswith(tuple(brain.reads))
+            ]
+            meant += [] if others else [f"brain.{near}" for near in difflib.get_close_matches(name, own, n=1)]
+            has = f"its own are {', '.join(own)}" if own else "it has none of its own"
+            raise SclaError(
+                f"--brain.{name} is not a setting of --brain {config.brain}{others and f', but of {others}'}: "
+                + (f"did you mean --{meant[0]}?" if meant else has)
+            )
+
+
+def _own_names(brain: type[Brain]) -> list[str]:
+    kind: Any = brain.Settings
+    return [option_of(field.name) for field in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else []
 
 
 def _refuse_unread(brain: type[Brain], config: RunConfig) -> None:

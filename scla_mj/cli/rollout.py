@@ -48,16 +48,14 @@ class Rollout:
         """Return the class with the options of the brain's own settings, and an instance that holds the defaults.
 
         Raises:
-            SclaError: the stored settings cannot be read, or the brain has none of its own.
+            SclaError: the stored settings cannot be read, or the brain has no such settings of its own.
         """
         config, named = _stored_settings(words), value_of(words, "--brain")
         if named is not None and named != config.brain:
             config = dataclasses.replace(config, brain=named, brain_settings={})
-        given = next((word for word in words if word.startswith(_OWN)), "")
-        own = _own_settings(config) if given or (named is not None and set(HELP) & set(words)) else None
+        given = [word.removeprefix(_OWN).partition("=")[0] for word in words if word.startswith(_OWN)]
+        own = _own_settings(config, given) if given or (named is not None and set(HELP) & set(words)) else None
         if own is None:
-            if given:
-                raise SclaError(f"{given} is not an option: --brain {config.brain} has no settings of its own")
             return cls, cls(tyro.MISSING, config=config)
         hint = Annotated[type(own), tyro.conf.arg(name="brain")]  # type: ignore[valid-type]
         extended = dataclasses.make_dataclass("Rollout", [("own", hint, field(default=own))], bases=(cls,), frozen=True)
@@ -116,8 +114,13 @@ def _stored_settings(words: Sequence[str]) -> RunConfig:
     return config
 
 
-def _own_settings(config: RunConfig) -> Any:
+def _own_settings(config: RunConfig, given: Sequence[str]) -> Any:
     """Return the settings that the brain has of its own, or None: an import, so only where they are asked for."""
-    from scla_mj.brain.registry import find_brain, own_settings
+    from scla_mj.brain.registry import find_brain, own_settings, require_own
 
-    return own_settings(find_brain(config.brain), config)
+    brain = find_brain(config.brain)
+    own = own_settings(brain, config)
+    values = {} if own is None else dataclasses.asdict(own)
+    off = {f"no-{option_of(name)}" for name, value in values.items() if isinstance(value, bool)}
+    require_own(brain, config, [name for name in given if name and "." not in name and option_of(name) not in off])
+    return own

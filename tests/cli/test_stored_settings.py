@@ -144,8 +144,19 @@ def test_a_brain_takes_settings_of_its_own(words, stored):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--brain.greed", "1"], "--brain.greed is not an option: did you mean"),
-        (["--brain", "scla-printed", "--brain.greed", "1"], "--brain scla-printed has no settings of its own"),
+        (
+            ["--brain.greed", "1"],
+            "--brain.greed is not a setting of --brain scla: its own are release, released-at, gate",
+        ),
+        (["--brain.seed", "1"], "--brain.seed is not a setting of --brain scla: did you mean --seed?"),
+        (["--brain=random", "--brain.reward_rate=1"], "reward-rate is not a setting of --brain random: it has none of"),
+        (
+            ["--brain", "dyna-q", "--brain.release", "1"],
+            "of --brain dyna-q, but of scla, scla-dopamine, potjans: its own "
+            "are learning-rate, discount, initial-value, epsilon, trace-decay, planning-steps, sensing",
+        ),
+        (["--brain", "dyna-q", "--brain.planing-steps", "1"], "did you mean --brain.planning-steps?"),
+        (["--brain", "scla-printed", "--brain.greed", "1"], "of --brain scla-printed: it has none of its own"),
         (["--brain", "greedy_brain:Greedy", "--brain.greet", "1"], "did you mean --brain.greed?"),
         (["--brain", "greedy_brain:Greedy", "--brain.greed", "very"], "--brain.greed is very: it must be a number"),
         (["--brain", "greedy_brain:Greedy", "--brain.mode", "sly"], "--brain.mode is sly: it must be one of bold, shy"),

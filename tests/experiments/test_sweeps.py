@@ -96,7 +96,11 @@ def test_another_sweep_into_the_same_folder_finds_the_runs_that_both_ask_for():
         ("", ["--seeds", "2", "--seed", "3"], "seeds and seed are both given"),
         ("", ["--seeds", "100000", "--epochs", "1", "2"], "200000 runs are asked for"),
         ("", ["--seeds", "2", "--brain", "random", "--network.motor-noise", "1", "2"], "--brain random does not read"),
-        ("", ["--seeds", "2", "--brain", "dyna-q", "--brain.steps", "1"], "--brain.steps is not a setting"),
+        (
+            "",
+            ["--seeds", "2", "--brain", "dyna-q", "--brain.steps", "1"],
+            "--brain.steps is not a setting of --brain dyna-q: its own are",
+        ),
         ("", ["--seeds", "2", "--automaton.local-rule", "perhaps"], "it must be one of true, false"),
         ("", ["--seeds", "2", "--workers", "1", "--scheduler", "tcp://127.0.0.1:1"], "leave one out"),
         ("", ["--seeds", "2", "--scheduler", "nowhere"], "no scheduler answers at --scheduler nowhere"),
