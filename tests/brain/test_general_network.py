@@ -179,7 +179,7 @@ def test_a_modulator_is_shared_by_name_released_by_name_or_by_spikes_and_returns
     network = described(
         [Neurons("a", 1, LIF()), Neurons("b", 1, LIF()), Neurons("dopaminergic", 10, LIF())],
         [Synapses("a", "b", rule=modulated_stdp(), modulator=m, name=m) for m in ("d", "own")],
-        [Modulator("d", tau_ms=50.0, baseline=-0.2, source="dopaminergic", per_spike=0.03)],
+        [Modulator("d", tau_ms=50.0, baseline=-0.2, source="dopaminergic", per_spike=0.03), Modulator("own")],
     )
     assert network.modulators == {"d": -0.2, "own": 0.0}
     network.release({"own": 0.5})

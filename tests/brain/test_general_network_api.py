@@ -27,6 +27,7 @@ DESCRIPTION = NetworkDescription(
         Synapses("b", "a", -1.0),
         Synapses("a", "a", 1.0, "one to one", name="loop"),
     ],
+    [Modulator(), Modulator("own")],
     precision="float64",
 )
 
@@ -199,6 +200,12 @@ WRONG = {
         [Synapses("a", "a", rule=dataclasses.replace(RULE, on_pre=lambda w, c, x, y, p: 2.0))],
     ],
     "source is 'z'": [[Neurons("a", 1)], [], [Modulator(source="z")]],
+    "projection atoa: modulator is 'dopamne': known are dopamine; any other": [
+        [Neurons("a", 1)], [Synapses("a", "a", rule=RULE, modulator="dopamne")],
+    ],
+    "modulator is 'dopamine': known are reward, own": [
+        [Neurons("a", 1)], [Synapses("a", "a", rule=RULE)], [Modulator("reward"), Modulator("own")],
+    ],
     "all must be of one": [
         [Neurons("a", 1)],
         [Synapses("a", "a", rule=RULE), Synapses("a", "a", name="b", rule=triplet_stdp())],

@@ -81,7 +81,7 @@ class Synapses:
         connect: "all to all", "one to one" (equal sizes), `Blocks(number)`, or the probability of each pair.
         delay_steps: a spike acts so many steps later; 1: in the next step. The rule sees it in the step of the spike.
         rule: how the weights change (rules.py); None: they are fixed.
-        modulator: the name of what modulates the rule. Projections of one name share one concentration.
+        modulator: the name of the `Modulator` of the rule. Projections of one name share one concentration.
         self_connections: whether a neuron may be connected with itself.
         name: "SOURCEtoTARGET" unless given.
     """
@@ -122,7 +122,7 @@ class Modulator:
 class NetworkDescription:
     """A whole network. Neurons are numbered in the order of the populations.
 
-    Modulators that projections name and `modulators` lacks have their default time constant.
+    Plastic projections name one of `modulators`; where there are none, dopamine with its defaults.
 
     Raises:
         SclaError: names do not fit together, or a number is out of its range; from `check`, which a network calls.
@@ -177,9 +177,12 @@ _MOST_DELAY: Final = 10_000
 
 
 def _modulators(description: NetworkDescription, named: Sequence[Synapses]) -> tuple[Modulator, ...]:
-    """Return every modulator that is described or named by a plastic projection, in that order."""
+    """Return the modulators, of which plastic projections name one; where none is described, dopamine."""
     known = {modulator.name: modulator for modulator in description.modulators}
     _unique("modulator", [modulator.name for modulator in description.modulators])
+    plastic = [projection for projection in named if projection.rule is not None]
+    if plastic and not known:
+        known["dopamine"] = Modulator("dopamine")
     sources = {population.name for population in description.populations} | {""}
     for m in known.values():
         _number(f"modulator {m.name}: tau_ms", m.tau_ms, 0.05, 3.6e6)
@@ -188,9 +191,12 @@ def _modulators(description: NetworkDescription, named: Sequence[Synapses]) -> t
         _require(
             m.source in sources, f"modulator {m.name}: source is {shown(m.source)}: it must be a population's name"
         )
-    for projection in named:
-        if projection.rule is not None:
-            known.setdefault(projection.modulator, Modulator(projection.modulator))
+    for projection in plastic:
+        if projection.modulator not in known:
+            named_so = f"projection {projection.name}: modulator is {shown(projection.modulator)}"
+            raise SclaError(
+                f"{named_so}: known are {', '.join(known)}; any other must be in the description's modulators"
+            )
     return tuple(known.values())
 
 
