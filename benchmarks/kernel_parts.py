@@ -175,8 +175,11 @@ def _repeat_integrate(memory: Any, calls: int) -> None:
 
 @leaf_njit(from_python=True)
 def _repeat_decay(memory: Any, calls: int) -> None:
-    for _ in range(calls):
-        kernel.decay(memory[0], 1)
+    m = memory[0]
+    for call in range(calls):
+        if call % CHUNK_MS == 0:
+            m.trace[:] = 1.0  # the network clears small ones after so long: subnormal numbers would be slow
+        kernel.decay(m, 1)
 
 
 @leaf_njit(from_python=True)

@@ -24,6 +24,8 @@ from scla_mj.engine.rollout import rollout
 TELEMETRY: Final[tuple[Telemetry, ...]] = ("off", "light", "full")
 RATIO_TARGETS: Final = {"off": 1.10, "light": 1.25, "full": 2.0}
 _LIGHT_KB_TARGET: Final = 8.0
+_LONG: Final = 10
+"""How many times as long the run is whose recording is weighed: half of the pictures of all weights fall into its first tenth."""
 _SPIKE_BYTES_TARGET: Final = 6.0
 
 
@@ -32,7 +34,7 @@ class Cost(NamedTuple):
 
     `physics`, `network`: a decision of the bare parts. `decision`: one of the whole rollout, by telemetry;
     `fixed`: what a run costs beyond its decisions: building the world, opening and closing the files.
-    `recording_bytes`: recording.rrd per decision, light and full; `spikes`: spikes per decision.
+    `recording_bytes`: recording.rrd per decision, light and full, and light of a "long" run; `spikes`: per decision.
     """
 
     decisions: int
@@ -65,7 +67,7 @@ def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Cost:
     """
     recorded = record(config)
     decisions = config.epochs * config.decisions
-    sizes: dict[str, int] = {}
+    sizes = {"long": _recording_size(dataclasses.replace(config, epochs=_LONG * config.epochs, telemetry="light"))}
     seconds = median_cpu_s(_contenders(config, recorded, sizes), repetitions=repetitions, watch=watch)
     return derive(seconds, sizes, decisions=decisions, network_ms=recorded.network_ms, spikes=recorded.spikes)
 
@@ -82,7 +84,8 @@ def derive(seconds: dict[str, float], sizes: dict[str, int], *, decisions: int, 
         network=1000.0 * seconds["network"] / decisions,
         decision=decision,
         fixed={name: 1000.0 * seconds[f"one {name}"] - decision[name] for name in TELEMETRY},
-        recording_bytes={name: (sizes[name] - sizes[f"one {name}"]) / more for name in TELEMETRY[1:]},
+        recording_bytes={name: (sizes[name] - sizes[f"one {name}"]) / more for name in TELEMETRY[1:]}
+        | {"long": sizes["long"] / (_LONG * decisions)},
     )
 
 
@@ -127,18 +130,28 @@ def _cost_sheet(cost: Cost) -> Sheet:
 
 
 def _recording_sheet(cost: Cost) -> Sheet:
-    light, full = cost.recording_bytes["light"], cost.recording_bytes["full"]
+    light, full, long = (cost.recording_bytes[name] for name in ("light", "full", "long"))
     spike = (full - light) / cost.spikes
     return Sheet(
         "recording",
         "Size of recording.rrd",
         ("what", "size", "target"),
         (
-            ("light, per decision", f"{light / 1000:.2f} kB", against(light / 1000, _LIGHT_KB_TARGET)),
+            (
+                f"light, per decision of {_LONG * cost.decisions:,}",
+                f"{long / 1000:.2f} kB",
+                against(long / 1000, _LIGHT_KB_TARGET),
+            ),
+            (f"light, per decision of {cost.decisions:,}", f"{light / 1000:.2f} kB", ""),
             ("full beyond light, per spike", f"{spike:.2f} bytes", against(spike, _SPIKE_BYTES_TARGET)),
         ),
-        f"{cost.spikes:.0f} spikes per decision.",
-        {"light_bytes_per_decision": light, "full_bytes_per_decision": full, "bytes_per_spike": spike},
+        f"{cost.spikes:.0f} spikes per decision. A short run has more pictures of all weights per decision.",
+        {
+            "long_bytes_per_decision": long,
+            "light_bytes_per_decision": light,
+            "full_bytes_per_decision": full,
+            "bytes_per_spike": spike,
+        },
     )
 
 
@@ -188,10 +201,14 @@ def whole(config: RunConfig, telemetry: Telemetry, name: str, sizes: dict[str, i
     chosen = dataclasses.replace(config, telemetry=telemetry)
 
     def run_through(watch: Callable[..., None]) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            run = Path(folder) / "run"
-            rollout(chosen, run, watch=watch, pictures=False)
-            if telemetry != "off":
-                sizes[name] = (run / paths.RECORDING_RRD).stat().st_size
+        sizes[name] = _recording_size(chosen, watch)
 
     return Contender(nothing, lambda _: paced(run_through))
+
+
+def _recording_size(config: RunConfig, watch: Callable[..., None] | None = None) -> int:
+    """Run through a rollout, files and all; return its recording's bytes."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = Path(folder) / "run"
+        rollout(config, run, watch=watch, pictures=False)
+        return 0 if config.telemetry == "off" else (run / paths.RECORDING_RRD).stat().st_size

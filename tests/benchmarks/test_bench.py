@@ -92,7 +92,7 @@ def test_a_decision_costs_what_a_long_run_takes_beyond_a_run_of_one():
     seconds = {"physics": 0.5, "network": 1.5}
     for name, whole in (("off", 2.3), ("light", 3.1), ("full", 5.1)):
         seconds |= {name: whole, f"one {name}": 0.3 + (whole - 0.3) / 1000}
-    sizes = {"light": 6_500_000, "one light": 6000, "full": 14_494_000, "one full": 14_000}
+    sizes = {"light": 6_500_000, "one light": 6000, "full": 14_494_000, "one full": 14_000, "long": 50_000_000}
     cost = rollouts.derive(seconds, sizes, decisions=1000, network_ms=950_000, spikes=2_000_000)
     assert cost.physics + cost.network == pytest.approx(2.0)
     assert cost.decision["off"] == pytest.approx(2.0)
@@ -100,6 +100,7 @@ def test_a_decision_costs_what_a_long_run_takes_beyond_a_run_of_one():
     assert cost.ratio("off") == pytest.approx(1.0)
     assert cost.ratio_with_fixed("off") == pytest.approx(1.15)
     recording = rollouts.sheets(cost)[1].values
+    assert recording["long_bytes_per_decision"] == 5000.0
     assert recording["bytes_per_spike"] == pytest.approx((14_480_000 - 6_494_000) / 999 / 2000)
 
 

@@ -18,7 +18,7 @@ LONG = {"cpu_s": [5.0, 8.0, 11.0], "simulated_s": [10.0, 20.0, 30.0], "peak_mb":
 def rollout_sheet(bare_ms):
     """A rollout of 1 ms per decision and bare parts of this much."""
     milliseconds = dict.fromkeys(rollouts.TELEMETRY, 1.0)
-    sizes = {"light": 5e3, "full": 1e4}
+    sizes = {"light": 5e3, "full": 1e4, "long": 4e3}
     cost = rollouts.Cost(1000, 900.0, 2000.0, bare_ms / 2, bare_ms / 2, milliseconds, milliseconds, sizes)
     return rollouts.sheets(cost)[0]
 

@@ -103,7 +103,7 @@ class WeightPicture(base.View):
         low, high = _range(self._projections, weights)
         picture = np.zeros(self._shape, np.uint8)
         for own, (top, left) in zip(self._projections, self._corners, strict=True):
-            tile = np.clip((_tile(own, weights[own.name]) - low) * (255 / (high - low)), 0, 255)
+            tile = np.clip((_tile(own, weights[own.name]) - low) * np.float32(255 / (high - low)), 0, 255)
             picture[top : top + len(tile), left : left + tile.shape[1]] = tile
         self.stream.log(f"{_PICTURE}/weights", rr.DepthImage.from_fields(buffer=picture.tobytes()))
         edges = np.linspace(low, high, _BINS + 1)
@@ -147,10 +147,10 @@ def _size(projection: Projection) -> tuple[int, int]:
     return _side(rows), _side(columns)
 
 
-def _tile(projection: Projection, weights: NDArray[Any]) -> NDArray[np.float64]:
+def _tile(projection: Projection, weights: NDArray[Any]) -> NDArray[np.float32]:
     """Return a projection's weights as so many pixels."""
     rows, columns = _matrix_shape(projection)
-    flat = np.full(rows * columns, float(weights.min()))
+    flat = np.full(rows * columns, weights.min(), np.float32)
     flat[: weights.size] = weights.reshape(-1)
     tile = flat.reshape(rows, columns)
     for axis, side in enumerate(_size(projection)):
