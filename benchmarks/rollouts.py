@@ -25,7 +25,7 @@ TELEMETRY: Final[tuple[Telemetry, ...]] = ("off", "light", "full")
 RATIO_TARGETS: Final = {"off": 1.10, "light": 1.25, "full": 2.0}
 _LIGHT_KB_TARGET: Final = 8.0
 _LONG: Final = 10
-"""How many times as long the run is whose recording is weighed: half of the pictures of all weights fall into its first tenth."""
+"""How many times as long is the run whose recording is weighed: its first tenth has half of the weights' pictures."""
 _SPIKE_BYTES_TARGET: Final = 6.0
 
 

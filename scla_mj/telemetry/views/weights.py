@@ -160,7 +160,7 @@ def _tile(projection: Projection, weights: NDArray[Any]) -> NDArray[np.float32]:
         else:
             starts = np.arange(side) * length // side
             counts = np.diff(np.append(starts, length)).reshape((-1, 1) if axis == 0 else (1, -1))
-            tile = np.add.reduceat(tile, starts, axis=axis) / counts
+            tile = (np.add.reduceat(tile, starts, axis=axis) / counts).astype(np.float32)
     return tile
 
 
