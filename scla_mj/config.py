@@ -276,6 +276,13 @@ def flatten(config: RunConfig) -> dict[str, Any]:
     return flat
 
 
+def options_of(config: RunConfig) -> dict[str, Any]:
+    """Return every setting by its option's name, with those of the brain's own that were given."""
+    flat = flatten(config) | {f"brain.{option_of(name)}": value for name, value in config.brain_settings.items()}
+    del flat["brain-settings"]
+    return flat
+
+
 def option_of(*path: str | int) -> str:
     """Return the option's name of a setting, such as "automaton.reward-rate", from the names that lead to it."""
     names = [str(part) for part in path if isinstance(part, str)]

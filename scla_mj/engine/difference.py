@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from scla_mj.config import RunConfig, flatten, option_of
+from scla_mj.config import options_of
 
 if TYPE_CHECKING:
     from scla_mj.engine.inspection import RunInspection
@@ -84,7 +84,7 @@ def compare_runs(one: RunInspection, other: RunInspection) -> RunDifference:
         "brain": any(_array(found, name) for found in (one, other) for name in _ARRAYS),
     }
     return RunDifference(
-        settings=_differing(_options(one.run.config), _options(other.run.config)),
+        settings=_differing(options_of(one.run.config), options_of(other.run.config)),
         versions=_differing(one.run.versions, other.run.versions),
         rows=(one.made, other.made),
         decisions=_first_difference(one.decisions, other.decisions),
@@ -92,12 +92,6 @@ def compare_runs(one: RunInspection, other: RunInspection) -> RunDifference:
         brains=tuple(name for name in _ARRAYS if _array(one, name) != _array(other, name)),
         absent=tuple(part for part, found in held.items() if not found),
     )
-
-
-def _options(config: RunConfig) -> dict[str, Any]:
-    """Return every setting by its option's name, those of the brain's own too."""
-    options = flatten(config) | {f"brain.{option_of(name)}": value for name, value in config.brain_settings.items()}
-    return {name: value for name, value in options.items() if name != "brain-settings"}
 
 
 def _differing(one: dict[str, Any], other: dict[str, Any]) -> dict[str, tuple[Any, Any]]:

@@ -6,6 +6,8 @@ Runs that differ in nothing but the seed are one line with a band, the 95 % inte
 from __future__ import annotations
 
 import dataclasses
+import re
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -19,6 +21,7 @@ from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.report.charts import DASHES, SERIES
 from scla_mj.experiments.report.wording import seeds_text
+from scla_mj.experiments.sweeps.plan import titles
 from scla_mj.paths import BRAIN_NPZ, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs import drawing, plots
 from scla_mj.runs.atomic import writing
@@ -28,6 +31,8 @@ COLUMN_MM: Final = 85.0
 _POINTS: Final = 60
 """Of a band of weights: more than the eye parts on a log axis."""
 _BINS: Final = 40
+_LEGEND_LETTERS: Final = 56
+_LONGEST_NAME: Final = 60
 
 
 class Group(NamedTuple):
@@ -65,8 +70,7 @@ def draw_runs(
         check_seal(folder, SUMMARY_JSON, DECISIONS_PARQUET, BRAIN_NPZ)
     groups = _grouped([StoredRun(folder) for folder in folders])
     figures = {"learning": _learning(groups)}
-    for group in groups:
-        suffix = f"-{group.label.replace(', ', '-').replace(' ', '-').replace('/', '-')}" if len(groups) > 1 else ""
+    for group, suffix in zip(groups, _suffixes(groups), strict=True):
         if group.has_weights:
             figures[f"weights{suffix}"] = _weights(group)
         if group.first.brain.probabilities is not None:
@@ -78,7 +82,10 @@ def _grouped(runs: Sequence[StoredRun]) -> list[Group]:
     alike: dict[str, list[StoredRun]] = {}
     for run in runs:
         alike.setdefault(repr(dataclasses.replace(run.config, seed=0, telemetry="off")), []).append(run)
-    names = [f"{own[0].config.brain}, {own[0].config.protocol}" for own in alike.values()]
+    firsts = [own[0] for own in alike.values()]
+    plain = [dataclasses.replace(run.config.task, crossed_epoch=0) for run in firsts]  # it has words of its own
+    named = titles([dataclasses.replace(r.config, telemetry="off", task=t) for r, t in zip(firsts, plain, strict=True)])
+    names = [f"{name}{plots.crossed(run.summary)}" for name, run in zip(named, firsts, strict=True)]
     groups = []
     for name, own in zip(names, alike.values(), strict=True):
         seeds = [run.config.seed for run in own]
@@ -87,6 +94,14 @@ def _grouped(runs: Sequence[StoredRun]) -> list[Group]:
             raise SclaError(f"{twice.path} has the settings and the seed of another of the runs: name each run once")
         groups.append(Group(tuple(own), name if names.count(name) == 1 else f"{name}, {own[0].path.name}"))
     return groups
+
+
+def _suffixes(groups: Sequence[Group]) -> list[str]:
+    """Return what tells the groups' files apart."""
+    if len(groups) == 1:
+        return [""]
+    words = [re.sub(r"[^\w.]+", "-", group.label)[:_LONGEST_NAME].strip("-") for group in groups]
+    return [f"-{name}" if words.count(name) == 1 else f"-{name}-{number}" for number, name in enumerate(words, 1)]
 
 
 def _learning(groups: Sequence[Group]) -> Figure:
@@ -98,10 +113,12 @@ def _learning(groups: Sequence[Group]) -> Figure:
         for index, group in enumerate(groups):
             x, curve = _hits(group)
             seeds = "" if len(group.runs) == 1 else f", {len(group.runs)} seeds"
-            label = f"{group.label}{plots.crossed(group.first.summary)}{seeds}"
+            label = textwrap.fill(f"{group.label}{seeds}", _LEGEND_LETTERS)
             drawing.draw_line(axes, x, curve, SERIES[index % len(SERIES)], DASHES[index % len(DASHES)], label)
         plots.draw_bounds(axes, max(summaries, key=lambda summary: sum(epoch.decisions for epoch in summary.epochs)))
-        figure.suptitle(groups[0].setting if len(groups) == 1 else "", fontsize=6.5, color=drawing.SOFT)
+        common = [{getattr(group.first.config, name) for group in groups} for name in ("brain", "protocol")]
+        caption = groups[0].setting if len(groups) == 1 else ", ".join(one for one, *more in common if not more)
+        figure.suptitle(caption, fontsize=6.5, color=drawing.SOFT)
         if len(groups) > 1:
             figure.legend(loc="outside lower left", ncols=2, handlelength=2.6)
         if alone:

@@ -8,7 +8,7 @@ from PIL import Image
 
 import scla_mj
 from scla_mj.cli.main import main
-from scla_mj.config import TaskConfig
+from scla_mj.config import ControllerConfig, TaskConfig
 from scla_mj.errors import SclaError
 from scla_mj.experiments.figures import draw_runs
 
@@ -55,10 +55,42 @@ def test_runs_of_other_settings_are_lines_of_their_own_and_no_file_is_overwritte
     words = ["figures", *map(str, runs), "--out", str(tmp_path), "--formats", "svg"]
     assert main(words) == 0
     text = (tmp_path / "learning.svg").read_text(encoding="utf-8")
-    assert "automaton, any-start, 2 seeds<" in text and "random, any-start, wheels crossed from epoch 2<" in text
+    assert "brain automaton, 2 seeds<" in text and "brain random, wheels crossed from epoch 2<" in text
+    assert ">any-start<" in text, "what all have in common"
     assert main(words) == 2
     assert "learning.svg is already there" in capsys.readouterr().err
     assert (tmp_path / "learning.svg").read_text(encoding="utf-8") == text
+
+
+def test_lines_are_named_by_the_settings_that_differ_and_by_folders_only_where_none_does(tmp_path):
+    rates = {"default": {}, "low": {"learning_rate": 0.3}, "said": {"learning_rate": 1.0}}
+    folders = [tmp_path / name for name in rates]
+    for folder, own in zip(folders, rates.values(), strict=True):
+        config = scla_mj.RunConfig(brain="q-learning", brain_settings=own, epochs=1, decisions=3, telemetry="off")
+        scla_mj.rollout(config, folder, pictures=False)
+    labels = [re.findall(r">(brain\..*)</text>", drawn) for drawn in _drawn(folders[:2], folders, tmp_path)]
+    assert labels[0] == ["brain.learning-rate 1.0", "brain.learning-rate 0.3"]
+    assert labels[1] == [
+        "brain.learning-rate 1.0, default", "brain.learning-rate 0.3", "brain.learning-rate 1.0, said"
+    ]  # fmt: skip
+
+
+def _drawn(*of):
+    *several, folder = of
+    for number, runs in enumerate(several):
+        draw_runs(runs, folder / str(number), kinds=["svg"])
+        yield (folder / str(number) / "learning.svg").read_text(encoding="utf-8")
+
+
+def test_long_names_of_settings_leave_each_line_its_own_file(runs, tmp_path):
+    folders = [tmp_path / name for name in ("short", "long")]
+    for folder, timeout_s in zip(folders, (8.0, 9.0), strict=True):
+        slow = ControllerConfig(max_speed_m_s=0.7, max_turn_rate_rad_s=7.0, timeout_s=timeout_s)
+        config = scla_mj.RunConfig(brain="automaton", controller=slow, epochs=1, decisions=3, telemetry="off")
+        scla_mj.rollout(config, folder, pictures=False)
+    files = draw_runs([runs[0], *folders], tmp_path / "out", kinds=["svg"])
+    assert len({file.name for file in files}) == 4
+    assert all(len(file.name) < 80 for file in files)
 
 
 def test_a_run_named_twice_and_several_runs_without_a_folder_are_refused(runs, tmp_path, capsys):

@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from scla_mj.cli.main import main
+from scla_mj.config import GridConfig, RunConfig
 from scla_mj.engine.lock import running
 from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
@@ -42,6 +43,15 @@ def test_every_combination_of_values_is_run_with_every_seed():
     titles = [experiment.title for experiment in grouped(configs)]
     assert titles[0] == "brain scla, automaton.reward-rate 0.3"
     assert len(set(titles)) == 6
+
+
+def test_a_title_has_what_a_brain_leaves_to_its_default_and_a_floor_by_its_name_alone():
+    configs = [
+        RunConfig(brain="q-learning", brain_settings={"epsilon": 0.1}),
+        RunConfig(brain="q-learning", grid=GridConfig(floor="maze")),
+    ]
+    titles = [experiment.title for experiment in grouped(configs)]
+    assert titles == ["floor none, brain.epsilon 0.1", "floor maze, brain.epsilon 0.0"]
 
 
 def test_a_file_lists_runs_one_by_one_and_the_command_line_overrides_it(tmp_path, capsys):

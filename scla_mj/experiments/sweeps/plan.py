@@ -17,7 +17,7 @@ from typing import Annotated, Any, Final
 from annotated_types import Interval
 
 from scla_mj.checked import check, option
-from scla_mj.config import RunConfig, flatten, option_of
+from scla_mj.config import RunConfig, options_of
 from scla_mj.errors import SclaError
 from scla_mj.experiments.experiment import Experiment
 from scla_mj.runs.atomic import reading, spelling
@@ -27,6 +27,9 @@ MOST_RUNS: Final = 100_000
 """More than a year of one core; whoever wants more has misplaced a digit."""
 _MOST_PLAN_BYTES: Final = 1e8
 _LONGEST_NAME: Final = 40
+_FROM_FILES: Final = ("floor-text", "robot-sha256")
+"""What a run keeps of the files that it names."""
+_OF_A_FLOOR: Final = ("cells", "target", "closed-cells")
 
 Keys = tuple[str, ...]
 """The names that lead to a setting, as in `config.json`: ("automaton", "reward_rate")."""
@@ -119,45 +122,61 @@ def grouped(configs: Sequence[RunConfig]) -> tuple[Experiment, ...]:
             check_brain(plain)
         settings.setdefault(key, plain)
         seeds.setdefault(key, []).append(config.seed)
-    titles = _titles(list(settings.values()))
-    for title, own in zip(titles, seeds.values(), strict=True):
+    names = titles(list(settings.values()))
+    for title, own in zip(names, seeds.values(), strict=True):
         for seed in own:
             if own.count(seed) > 1:
                 raise SclaError(f"{title}, seed {seed}, is asked for {own.count(seed)} times: once is enough")
     return tuple(
         Experiment(_name(config.brain, key), "ablation", title, "", config, tuple(seeds[key]))
-        for title, (key, config) in zip(titles, settings.items(), strict=True)
+        for title, (key, config) in zip(names, settings.items(), strict=True)
     )
 
 
 def varied(configs: Sequence[RunConfig]) -> dict[str, list[Any]]:
     """Return the settings that differ between configurations, by their options' names, with a value for each; None
-    where a brain has no such setting of its own. Seeds are not among them."""
-    flat = [_flat(config) for config in configs]
-    names = dict.fromkeys(name for own in flat for name in own)
-    columns = {name: [own.get(name) for own in flat] for name in names}
-    return {name: values for name, values in columns.items() if len(set(map(repr, values))) > 1}
+    where a brain has no such setting of its own, or a floor stands for it. Seeds are not among them."""
+    rows = [_row(config) for config in configs]
+    pairs = list(zip(rows, configs, strict=True))
+    names = dict.fromkeys(itertools.chain(*rows))
+    columns = {name: [row.get(name, _default(config.brain, name)) for row, config in pairs] for name in names}
+    return {name: values for name, values in columns.items() if _differ(name, values)}
+
+
+def _default(brain: str, name: str) -> Any:
+    """Return a setting that a brain of ours has of its own and that was not given."""
+    from scla_mj.brain.registry import BRAINS  # imports numba
+
+    section, _, own = name.partition(".")
+    kind = getattr(BRAINS.get(brain), "Settings", None) if section == "brain" else None
+    return getattr(kind, own.replace("-", "_"), None)
+
+
+def _differ(name: str, values: Sequence[Any]) -> bool:
+    kinds = set(map(repr, values))
+    return len(kinds - {repr(None)} if name in _OF_A_FLOOR else kinds) > 1
+
+
+def titles(configs: Sequence[RunConfig]) -> list[str]:
+    """Return for each configuration how it differs from the others, or its brain where nothing can be named."""
+    columns = varied(configs)
+    named = [
+        ", ".join(f"{name} {text(values[index])}" for name, values in columns.items() if values[index] is not None)
+        for index in range(len(configs))
+    ]
+    return [title or config.brain for title, config in zip(named, configs, strict=True)]
 
 
 def text(value: Any) -> str:
     """Return a setting's value as a label shows it."""
-    return value if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else shown(value)
+    if isinstance(value, str):
+        return value or "none"
+    return str(value).lower() if isinstance(value, bool) else shown(value)
 
 
-def _flat(config: RunConfig) -> dict[str, Any]:
-    own = {f"brain.{option_of(name)}": value for name, value in config.brain_settings.items()}
-    shared = flatten(config)
-    del shared["seed"], shared["brain-settings"]
-    return shared | own
-
-
-def _titles(configs: Sequence[RunConfig]) -> list[str]:
-    columns = varied(configs)
-    rows = [
-        ", ".join(f"{name} {text(values[index])}" for name, values in columns.items() if values[index] is not None)
-        for index in range(len(configs))
-    ]
-    return [title or config.brain for title, config in zip(rows, configs, strict=True)]
+def _row(config: RunConfig) -> dict[str, Any]:
+    without = {"seed", *_FROM_FILES, *(_OF_A_FLOOR if config.grid.floor else ())}
+    return {name: value for name, value in options_of(config).items() if name not in without}
 
 
 def _name(brain: str, settings: str) -> str:
