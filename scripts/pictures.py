@@ -17,12 +17,16 @@ import tyro
 from scla_mj.errors import SclaError
 
 ROOT: Final = Path(__file__).resolve().parents[1]
-Name = Literal["arena.png", "clip.gif", "dashboard.png", "learning.png"]
+Name = Literal[
+    "arena.png", "clip.gif", "dashboard.png", "dashboard-learning.png", "dashboard-brain.png", "learning.png"
+]
 _RUN: Final = ("rollout", "{run}", "--epochs", "3", "--seed", "0")
 _COMMANDS: Final[dict[Name, tuple[str, ...]]] = {
     "arena.png": ("render", "{run}", "{file}", "--from", "411", "--to", "422", "--size", "1200", "800", "--no-overlay"),
     "clip.gif": ("render", "{run}", "{file}", "--from", "411", "--to", "430", "--size", "400", "300", "--fps", "10"),
     "dashboard.png": ("{run}", "{file}", "--sim-time-s", "400"),
+    "dashboard-learning.png": ("{run}", "{file}", "--decision", "400", "--tab", "Learning"),
+    "dashboard-brain.png": ("{run}", "{file}", "--decision", "400", "--tab", "Brain", "--theme", "light"),
     "learning.png": ("figures", "{run}", "--out", "{folder}", "--formats", "png"),
 }
 """Words of `scla-mj`, or of scripts/screenshot.py for the dashboard."""

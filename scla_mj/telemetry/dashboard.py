@@ -12,7 +12,7 @@ from scla_mj.telemetry.views.base import Panel, Place
 
 _TABS: Final = {
     "Now": {Place.NOW_LEFT: 5, Place.NOW_RIGHT: 4},
-    "Learning": {Place.LEARNING_TOP: 4, Place.LEARNING_MIDDLE: 5, Place.LEARNING_BOTTOM: 5},
+    "Learning": {Place.LEARNING_TOP: 1, Place.LEARNING_MIDDLE: 1, Place.LEARNING_BOTTOM: 1},
     "Brain": {Place.BRAIN_LEFT: 3, Place.BRAIN_RIGHT: 2},
     "Log and about": {Place.LOG: 1},
 }
