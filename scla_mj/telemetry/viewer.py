@@ -75,7 +75,7 @@ def feed(folder: Path, viewer: IO[bytes], is_over: Callable[[], bool]) -> None:
         while True:
             over = is_over()
             for part in paths.recordings(folder):
-                start = written.get(part, HEADER_BYTES if written else 0)  # one header is enough
+                start = written.get(part) or (HEADER_BYTES if any(written.values()) else 0)  # one header is enough
                 written[part] = _copy_frames(part, start, viewer)
             if over:
                 break

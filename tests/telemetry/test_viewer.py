@@ -67,6 +67,22 @@ def test_a_viewer_gets_what_a_growing_file_has_whole_and_the_rest_when_it_is_the
     assert hits_of(seen) == list(range(26, 61))
 
 
+@pytest.mark.parametrize(
+    ("first", "second"), [(0, []), (5, []), (None, [5])], ids=["empty", "cut in its header", "the second just begun"]
+)
+def test_a_viewer_gets_one_header_whatever_of_a_part_is_there(first, second, in_two_parts, tmp_path):
+    parts, stream = [part.read_bytes() for part in recordings(in_two_parts)], io.BytesIO()
+    (tmp_path / "recording.rrd").write_bytes(parts[0][:first])
+    lengths = iter([*second, len(parts[1])])
+
+    def grow():
+        (tmp_path / "recording-2.rrd").write_bytes(parts[1][: (length := next(lengths))])
+        return length == len(parts[1])
+
+    viewer.feed(tmp_path, stream, grow)
+    assert stream.getvalue().startswith(b"RRF2") and stream.getvalue().count(b"RRF2") == 1
+
+
 def test_a_viewer_that_is_closed_ends_its_feed_and_one_that_takes_nothing_holds_up_nobody_else(in_two_parts):
     reading, writing = os.pipe()
     with os.fdopen(writing, "wb") as sink:
