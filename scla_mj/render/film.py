@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from scla_mj.engine.stored_run import StoredRun
 from scla_mj.errors import SclaError
+from scla_mj.grid import Grid
 from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB
 from scla_mj.render.overlay import Overlay
 from scla_mj.render.poses import Poses, stored_poses
 from scla_mj.render.video import require_encoder, write_frames
 from scla_mj.runs.atomic import replacing
 from scla_mj.signals import Outcome
-from scla_mj.world.arena import compose
+from scla_mj.world.arena import compose, place_targets
 from scla_mj.world.picture import Scene
 from scla_mj.world.robot import robot_of
 
@@ -109,6 +110,12 @@ def frame_times(run: StoredRun, decisions: range, poses: Poses, film: Film) -> N
     return np.append(times_s, end_s).astype(np.float64)  # at last where the last decision ended
 
 
+def grid_at(run: StoredRun, poses: Poses, time_s: float) -> Grid:
+    """Return the arena at a time of a run, with the targets where they are then."""
+    decision = int(poses.decision[max(0, poses.made(time_s) - 1)])
+    return run.checked.grid((decision - 1) // run.config.decisions + 1)
+
+
 class Frames:
     """Draws a run at its times, with the trail of the last seconds in the colours of how the moves ended.
 
@@ -123,21 +130,18 @@ class Frames:
         rows = run.decisions.slice(decisions.start - 1, len(decisions))
         outcomes = zip(rows["outcome"].to_pylist(), rows["hit"].to_pylist(), strict=True)
         self._colours: list[RGB] = [HIT_COLOUR if hit else OUTCOME_COLOURS[Outcome(how)] for how, hit in outcomes]
-        self._first, self._epoch = decisions.start, 0
+        self._first = decisions.start
 
     def draw(self, time_s: float) -> NDArray[np.uint8]:
         """Return the frame of one time."""
-        film, made = self._film, int(np.searchsorted(self._poses.time_s, time_s, side="right"))
-        epoch = (int(self._poses.decision[max(0, made - 1)]) - 1) // self._run.config.decisions + 1
-        if epoch != self._epoch:
-            self._epoch = epoch
-            self._scene.put_targets(self._run.checked.grid(epoch))
+        film = self._film
+        place_targets(self._scene.model, grid_at(self._run, self._poses, time_s))
         self._scene.data.qpos[:] = self._poses.at(time_s)
-        return self._scene.draw(film.camera, *film.size, self._trail(time_s, made))
+        return self._scene.draw(film.camera, *film.size, self._trail(time_s))
 
-    def _trail(self, time_s: float, made: int) -> Iterator[tuple[NDArray[np.float64], RGB]]:
+    def _trail(self, time_s: float) -> Iterator[tuple[NDArray[np.float64], RGB]]:
         poses = self._poses
-        begin = int(np.searchsorted(poses.time_s, time_s - _TRAIL_S))
+        begin, made = np.searchsorted(poses.time_s, time_s - _TRAIL_S), poses.made(time_s)
         points = poses.qpos[begin:made, :3].copy()
         points[:, 2] = _TRAIL_HEIGHT_M
         for number in range(len(points) - 1):

@@ -63,6 +63,10 @@ class Poses:
         curve = PchipInterpolator(time_s, qpos)
         return lambda at_s: np.asarray(curve(np.clip(at_s, time_s[0], time_s[-1])))
 
+    def made(self, time_s: float) -> int:
+        """Return the number of poses up to a time."""
+        return int(np.searchsorted(self.time_s, time_s, side="right"))
+
     def at(self, time_s: float) -> NDArray[np.float64]:
         """Return qpos at a time: between two poses on the way from one to the other, before a jump the last one."""
         return self._drives[max(0, int(np.searchsorted(self._starts_s, time_s, side="right")) - 1)](time_s)

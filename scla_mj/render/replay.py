@@ -9,9 +9,10 @@ import mujoco
 
 from scla_mj.engine.stored_run import StoredRun
 from scla_mj.environment import require_display
-from scla_mj.render.film import Film, drawn_model, frame_times
+from scla_mj.render.film import Film, drawn_model, frame_times, grid_at
 from scla_mj.render.poses import stored_poses
 from scla_mj.world import names
+from scla_mj.world.arena import place_targets
 
 _FPS: Final = 30
 
@@ -34,6 +35,7 @@ def replay(run: StoredRun, decisions: range, *, speed: float) -> None:
         for number, time_s in enumerate(times_s.tolist()):
             if not window.is_running():
                 break
+            place_targets(model, grid_at(run, poses, time_s))
             data.qpos[:] = poses.at(time_s)
             mujoco.mj_forward(model, data)
             window.sync()

@@ -57,8 +57,9 @@ def write_frames(file: Path, kind: str, frames: Iterable[NDArray[np.uint8]], *, 
     rest = [
         picture.quantize(palette=first, dither=Image.Dither.NONE) for picture in pictures
     ]  # or still things flicker
+    ends = np.round(np.arange(len(rest) + 2) * 100 / fps)  # a GIF counts hundredths of a second
     more = {"save_all": True, "append_images": rest, "loop": 0}
-    first.save(file, format="GIF", duration=round(1000 / fps), optimize=False, **more)
+    first.save(file, format="GIF", duration=(10 * np.diff(ends)).tolist(), optimize=False, **more)
 
 
 def _ffmpeg(file: Path, frames: Iterator[NDArray[np.uint8]], fps: int) -> None:

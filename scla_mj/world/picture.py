@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.errors import SclaError
-from scla_mj.grid import Grid
 from scla_mj.palette import RGB
 from scla_mj.world import names
 from scla_mj.world.arena import place_targets
@@ -52,7 +51,7 @@ class Renderer:
         world = self._world
         if world.grid != self._grid:  # the target has jumped
             self._grid = world.grid
-            self._scene.put_targets(world.grid)
+            place_targets(self._scene.model, world.grid)
         state = np.empty(mujoco.mj_stateSize(world.model, _STATE))
         mujoco.mj_getState(world.model, world.data, state, _STATE)
         mujoco.mj_setState(self._scene.model, self._scene.data, state, _STATE)
@@ -75,8 +74,8 @@ class Scene:
     """
 
     def __init__(self, model: Any, *, draft: bool = False) -> None:
-        self.model = self._model = model
-        self.data = self._data = mujoco.MjData(model)
+        self.model = model
+        self.data = mujoco.MjData(model)
         if draft:
             model.vis.quality.offsamples = 0
         self._scene = mujoco.MjvScene(model, _MOST_GEOMS)
@@ -90,10 +89,6 @@ class Scene:
         self._context, self._drawing = make_contexts(model)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._drawing)
 
-    def put_targets(self, grid: Grid) -> None:
-        """Draw the targets where the grid has them."""
-        place_targets(self._model, grid)
-
     def draw(
         self, camera: str, width: int, height: int, lines: Iterable[tuple[NDArray[np.float64], RGB]] = ()
     ) -> NDArray[np.uint8]:
@@ -102,15 +97,15 @@ class Scene:
         Raises:
             SclaError: it is too large for the model.
         """
-        most = self._model.vis.global_
+        most = self.model.vis.global_
         if not (0 < width <= most.offwidth and 0 < height <= most.offheight):
             largest = f"{most.offwidth} x {most.offheight}"
             raise SclaError(f"a picture of {width} x {height} pixels cannot be drawn: at most {largest}")
-        mujoco.mj_forward(self._model, self._data)
-        self._camera.fixedcamid = self._model.camera(camera).id
+        mujoco.mj_forward(self.model, self.data)
+        self._camera.fixedcamid = self.model.camera(camera).id
         self._context.make_current()
         seen = mujoco.mjtCatBit.mjCAT_ALL.value
-        mujoco.mjv_updateScene(self._model, self._data, self._options, None, self._camera, seen, self._scene)
+        mujoco.mjv_updateScene(self.model, self.data, self._options, None, self._camera, seen, self._scene)
         for points, colour in lines:
             self._add_line(points, colour)
         picture = np.empty((height, width, 3), np.uint8)

@@ -1,7 +1,9 @@
 """A film shows what the recording holds: the robot where it was, frame by frame, without a display."""
 
+import contextlib
 import dataclasses
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,8 +11,11 @@ from PIL import Image
 
 from scla_mj import RunConfig, load_run, rollout, simulate
 from scla_mj.cli.main import main
+from scla_mj.config import TaskConfig
 from scla_mj.render.film import Film, Frames, drawn_model, frame_times
 from scla_mj.render.poses import stored_poses
+from scla_mj.render.replay import replay
+from scla_mj.render.video import write_frames
 
 CONFIG = RunConfig(brain="dyna-q", epochs=1, decisions=30, seed=2)
 DECISIONS = range(11, 19)
@@ -103,6 +108,31 @@ def test_every_frame_of_a_film_can_be_decoded_again(kind, run, tmp_path, capsys)
     assert main(["render", str(run.path), str(file), *options]) == 2
     assert "is there already: choose another name, or --overwrite" in capsys.readouterr().err
     assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize("fps", [24, 30, 60])
+def test_a_gif_lasts_as_long_as_its_frames(fps, tmp_path):
+    frames = np.random.default_rng(0).integers(0, 255, (2 * fps, 8, 8, 3), np.uint8)
+    write_frames(tmp_path / "film.gif", ".gif", frames, fps=fps)
+    with Image.open(tmp_path / "film.gif") as picture:
+        assert picture.n_frames == 2 * fps
+        lasting_ms = [picture.seek(number) or picture.info["duration"] for number in range(picture.n_frames)]
+    assert sum(lasting_ms) == 2000
+
+
+def test_mujocos_viewer_shows_the_target_where_it_is_in_each_epoch(tmp_path, monkeypatch):
+    task = TaskConfig(jump_epoch=2, jump_target=(1, 5))
+    rollout(RunConfig(brain="random", epochs=2, decisions=2, task=task), tmp_path / "run", pictures=False)
+    run, seen, shown = load_run(tmp_path / "run"), [], SimpleNamespace(is_running=lambda: True)
+
+    def launch(model, data, **how):
+        shown.sync = lambda: seen.append(tuple(data.geom("target_disc").xpos[:2].round(6)))
+        return contextlib.nullcontext(shown)
+
+    monkeypatch.setattr("mujoco.viewer", SimpleNamespace(launch_passive=launch), raising=False)
+    monkeypatch.setenv("DISPLAY", ":0")
+    replay(run, range(1, 5), speed=1000.0)
+    assert set(seen) == {run.checked.grid(epoch).centre_m(run.checked.grid(epoch).target) for epoch in (1, 2)}
 
 
 @pytest.mark.parametrize(
