@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import re
 from collections import defaultdict
+from collections.abc import Collection
 from typing import Any, Final, NamedTuple
 
 from scla_mj.checked_path import checked_path
@@ -77,6 +78,16 @@ def with_files(config: RunConfig) -> RunConfig:
             f"--robot {config.robot} cannot be read: {error.strerror}; name an MJCF file, burger or mouse"
         ) from error
     return dataclasses.replace(config, robot=str(file.absolute()), robot_sha256=digest)
+
+
+def with_new_files(config: RunConfig, given: Collection[str]) -> RunConfig:
+    """Return the settings without what they keep of files, where others are `given`: the names of the new settings."""
+    if "robot" in given:
+        config = dataclasses.replace(config, robot_sha256="")
+    if "floor" in given:
+        fresh = {name: getattr(GridConfig, name) for name in (*_ITS_OWN, "floor_text") if name not in given}
+        config = dataclasses.replace(config, grid=dataclasses.replace(config.grid, **fresh))
+    return config
 
 
 def refuse_changed_floor(grid: GridConfig) -> None:

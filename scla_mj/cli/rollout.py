@@ -14,9 +14,10 @@ import tyro.conf
 from scla_mj.checked_path import checked_path
 from scla_mj.cli.run_command import Live, carry_out
 from scla_mj.cli.words import HELP, value_of
-from scla_mj.config import CHECKPOINT_PERIOD_S, GridConfig, RunConfig, option_of
+from scla_mj.config import CHECKPOINT_PERIOD_S, RunConfig, option_of
 from scla_mj.disturbances import DisturbanceSet, figures_of
 from scla_mj.errors import SclaError
+from scla_mj.floor import with_new_files
 
 if TYPE_CHECKING:
     from scla_mj.runs.summary import Summary
@@ -73,7 +74,7 @@ class Rollout:
         own = dataclasses.asdict(self.own) if chosen else {}  # type: ignore[attr-defined]
         own = {name: own[name] for name in own if {option_of(name), option_of(f"no_{name}")} & chosen}
         config = dataclasses.replace(
-            _with_new_files(self.config, given),
+            with_new_files(self.config, {option.removeprefix("--").replace("-", "_") for option in given}),
             disturbance=dataclasses.replace(self.config.disturbance, **figures),
             brain_settings=self.config.brain_settings | own,
         )
@@ -88,17 +89,6 @@ class Rollout:
 
         carry_out(self.path, self.config, self.checkpoint_period_s, self.live, run)
         return 0
-
-
-def _with_new_files(config: RunConfig, given: Collection[str]) -> RunConfig:
-    """Return the settings without what was kept of files in whose place others are named."""
-    if "--robot" in given:
-        config = dataclasses.replace(config, robot_sha256="")
-    if "--floor" in given:
-        names = ("cells", "target", "closed_cells", "floor_text")
-        fresh = {name: getattr(GridConfig, name) for name in names if f"--{name.replace('_', '-')}" not in given}
-        config = dataclasses.replace(config, grid=dataclasses.replace(config.grid, **fresh))
-    return config
 
 
 def _stored_settings(words: Sequence[str]) -> RunConfig:

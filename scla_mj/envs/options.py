@@ -10,6 +10,7 @@ from scla_mj.checked import CheckedConfig, check
 from scla_mj.config import RunConfig
 from scla_mj.disturbances import with_sets
 from scla_mj.errors import SclaError
+from scla_mj.floor import with_new_files
 from scla_mj.validation import shown
 
 _SECTIONS: Final = ("grid", "task", "clock", "controller", "disturbance")
@@ -34,6 +35,7 @@ def checked_options(
         raise SclaError(
             f"config is {shown(config)}: it must be a RunConfig, such as RunConfig(protocol='sensed-start')"
         )
+    whole = with_new_files(whole, options)
     places = {name: section for section in _SECTIONS for name in _names(getattr(whole, section))}
     known = [name for name in (*_PLAIN, *places, "disturb") if name not in without]
     for name in options:

@@ -1,5 +1,6 @@
 """GridMove-v0 and its twin: Gymnasium's contract, and a rollout to the bit."""
 
+import dataclasses
 import importlib
 import sys
 
@@ -9,7 +10,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import scla_mj
-from scla_mj.config import RunConfig, TaskConfig
+from scla_mj.checked import check
+from scla_mj.config import GridConfig, RunConfig, TaskConfig
 from scla_mj.disturbances import DisturbanceConfig, with_sets
 from scla_mj.engine.build import simulate
 from scla_mj.envs.agents import BrainAgent
@@ -126,6 +128,15 @@ def test_episodes_are_cut_after_200_moves():
 def test_what_cannot_be_is_refused_with_the_sentence_of_the_command_line(options, sentence):
     with pytest.raises(SclaError, match=sentence):
         scla_mj.envs.GridMoveEnv(**options)
+
+
+def test_a_stored_runs_map_and_robot_give_way_to_those_that_are_named(tmp_path):
+    (tmp_path / "old.txt").write_text("S . T\n")
+    (tmp_path / "new.txt").write_text("T . . S\n")
+    stored = check(RunConfig(grid=GridConfig(floor=str(tmp_path / "old.txt")))).config
+    stored = dataclasses.replace(stored, robot=str(tmp_path / "gone.xml"), robot_sha256="0" * 64)
+    env = scla_mj.envs.GridTwinEnv(config=stored, floor=str(tmp_path / "new.txt"), robot="burger")
+    assert env.task.grid.cells == (4, 1) and env.task.grid.target == (1, 1)
 
 
 def test_a_twin_has_nothing_to_disturb_or_to_draw():
