@@ -24,7 +24,7 @@ from scla_mj.experiments.report.wording import seeds_text
 from scla_mj.experiments.sweeps.plan import titles
 from scla_mj.paths import BRAIN_NPZ, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs import drawing, plots
-from scla_mj.runs.atomic import writing
+from scla_mj.runs.atomic import replacing, writing
 from scla_mj.runs.seal import check_seal
 
 COLUMN_MM: Final = 85.0
@@ -33,6 +33,7 @@ _POINTS: Final = 60
 _BINS: Final = 40
 _LEGEND_LETTERS: Final = 56
 _LONGEST_NAME: Final = 60
+_TAKEN: Final = "{} is already there: choose another folder for the figures, or remove it first"
 
 
 class Group(NamedTuple):
@@ -154,14 +155,16 @@ def _draw_histogram(axes: Axes, group: Group) -> None:
     projections = group.first.anatomy.projections
     dashed = [[projection.name for projection in projections if projection.dashed is kind] for kind in (False, True)]
     kinds = dict(zip(("agreeing", "opposite"), dashed, strict=True)) if all(dashed) else {"": dashed[0] + dashed[1]}
-    most = group.first.config.network.weight_max
-    bins = np.linspace(0.0, most, _BINS + 1).tolist()
+    weights = [group.first.anatomy.by_projection(run.brain.weights) for run in group.runs]
+    ends = [end for projection in projections for end in projection.weight_range or ()]
+    ends += [end(own[projection.name]) for own in weights for projection in projections for end in (np.min, np.max)]
+    bins = np.linspace(min(ends), max(ends), _BINS + 1).tolist()
     looks: tuple[dict[str, Any], ...] = (
         {"histtype": "stepfilled", "color": drawing.INK, "alpha": 0.85},
         {"histtype": "step", "color": SERIES[1]},
     )
     for (kind, names), look in zip(kinds.items(), looks, strict=False):
-        values = np.concatenate([_weights_of(run, name) for run in group.runs for name in names])
+        values = np.concatenate([own[name].ravel() for own in weights for name in names]).astype(float)
         axes.hist(values, bins, weights=np.full(len(values), 100.0 / max(len(values), 1)), label=kind, **look)
     axes.set_yscale("log")
     low, high = axes.get_ylim()
@@ -170,13 +173,6 @@ def _draw_histogram(axes: Axes, group: Group) -> None:
     axes.set_ylabel("share of synapses (%)")
     if len(kinds) > 1:
         axes.legend(loc="upper center", ncols=2, handlelength=1.2, columnspacing=1.0)
-
-
-def _weights_of(run: StoredRun, name: str) -> drawing.Array:
-    weights: Any = run.brain.weights
-    assert run.anatomy is not None
-    index = [projection.name for projection in run.anatomy.projections].index(name)
-    return np.asarray(weights[name] if isinstance(weights, dict) else weights[index], dtype=float).ravel()
 
 
 def _weights(group: Group) -> Figure:
@@ -202,10 +198,10 @@ def _written(figures: dict[str, Figure], out: Path, kinds: Sequence[drawing.Kind
     files = {out / f"{name}.{kind}": (figure, kind) for name, figure in figures.items() for kind in kinds}
     for file in files:
         if file.exists():
-            raise SclaError(f"{file} is already there: choose another folder for the figures, or remove it first")
+            raise SclaError(_TAKEN.format(file))
     with writing(out, folder="--out"):
         out.mkdir(parents=True, exist_ok=True)
     for file, (figure, kind) in files.items():
-        with writing(file, folder="--out"):
-            drawing.save(figure, file, kind=kind, salt=file.stem)
+        with replacing(file, taken=_TAKEN.format(file), folder="--out") as scratch:
+            drawing.save(figure, scratch, kind=kind, salt=file.stem)
     return list(files)

@@ -173,7 +173,8 @@ def draw_weights(axes: Axes, x: Array, curve: Curve, projections: Sequence[Proje
         label = " → ".join(ends) if projection.name == "to".join(ends) else projection.name
         mean, low, high = (values[:, index] for values in curve)
         draw_line(axes, x, (mean, low, high), colour, dash, label)
-    axes.set_ylim(bottom=0)
+    if not (curve[0] < 0.0).any():
+        axes.set_ylim(bottom=0)
     axes.margins(x=0.01)
     axes.set_ylabel("mean weight (mV)")
     axes.grid(axis="y")

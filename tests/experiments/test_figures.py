@@ -1,16 +1,20 @@
 """Figures of several runs: what is drawn is what the runs' files say, in every format."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import scla_mj
+from scla_mj.anatomy import Anatomy, Projection, stacked
 from scla_mj.cli.main import main
 from scla_mj.config import ControllerConfig, TaskConfig
 from scla_mj.errors import SclaError
-from scla_mj.experiments.figures import draw_runs
+from scla_mj.experiments.figures import _draw_histogram, draw_runs
+from scla_mj.runs.drawing import canvas
+from scla_mj.signals import Snapshot
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +95,28 @@ def test_long_names_of_settings_leave_each_line_its_own_file(runs, tmp_path):
     files = draw_runs([runs[0], *folders], tmp_path / "out", kinds=["svg"])
     assert len({file.name for file in files}) == 4
     assert all(len(file.name) < 80 for file in files)
+
+
+def test_every_weight_of_every_brain_is_in_the_histogram():
+    anatomy = Anatomy(stacked(("a", 2), ("b", 3)), (Projection("atob", "a", "b", (2, 3)),))
+    weights = {"atob": np.array([[-2.0, 30.0, 70.0], [55.0, 55.0, 60.0]])}
+    run = SimpleNamespace(anatomy=anatomy, brain=Snapshot(weights))
+    with canvas(height_mm=50) as (_, grid):
+        _draw_histogram(grid[0, 0], SimpleNamespace(first=run, runs=[run]))
+        shares = sum(bar.get_height() for bar in grid[0, 0].patches if hasattr(bar, "get_height"))
+        edges = grid[0, 0].patches[0].get_path().vertices if not shares else None
+    assert edges is not None and (edges[:, 0].min(), edges[:, 0].max()) == (-2.0, 70.0)
+
+
+def test_a_figure_that_cannot_be_finished_leaves_no_part_of_its_file(runs, tmp_path, monkeypatch):
+    def half(figure, file, **how):
+        file.write_bytes(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("scla_mj.runs.drawing.save", half)
+    with pytest.raises(KeyboardInterrupt):
+        draw_runs(runs[2:], tmp_path / "out")
+    assert not list((tmp_path / "out").iterdir())
 
 
 def test_a_run_named_twice_and_several_runs_without_a_folder_are_refused(runs, tmp_path, capsys):

@@ -12,7 +12,15 @@ from scla_mj.engine.account import Account
 from scla_mj.grid import Action, Cell, Grid
 from scla_mj.palette import PROJECTION_COLOURS, TARGET_COLOUR
 from scla_mj.paths import LEARNING_PNG, POLICY_PNG, WEIGHTS_PNG
-from scla_mj.runs.drawing import POLICY_SHADES, block_edges, block_hits, block_middles
+from scla_mj.runs.drawing import (
+    POLICY_SHADES,
+    block_edges,
+    block_hits,
+    block_middles,
+    canvas,
+    draw_weights,
+    of_one_run,
+)
 from scla_mj.runs.plots import CEILING, CHANCE, HITS, plot_learning, plot_policy, plot_weights
 from scla_mj.runs.summary import epoch_summary
 from scla_mj.signals import WeightCurve
@@ -80,6 +88,13 @@ def test_weights_are_solid_where_sensor_and_motor_agree_else_dashed_in_the_colou
     for colour in set(PROJECTION_COLOURS.values()):
         solid, dashed = (mask(half, colour).any(axis=0).sum() for half in (upper, lower))
         assert 0.4 * solid < dashed < 0.85 * solid
+
+
+def test_weights_below_zero_are_in_the_picture():
+    with canvas(height_mm=50) as (_, grid):
+        draw_weights(grid[0, 0], np.arange(9.0), of_one_run(np.full((9, 8), -1.5)), PROJECTIONS)
+        low, high = grid[0, 0].get_ylim()
+    assert low < -1.5 < high
 
 
 def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
