@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _CONVERGED: Final = 1e-12
+_SAME: Final = 1e-6
+"""What is solved for in two ways differs by less, in shares of itself."""
 _MOST_SWEEPS: Final = 2000
 """Value iteration in the paper's arena takes 1500 at most; a hundred times the cells would take hours."""
 
@@ -147,6 +149,11 @@ def fewest_expected_moves(grid: Grid, *, action_noise: float) -> dict[Cell, floa
         moves = improved
     shortest = np.array([grid.distances[cell] for cell in cells])[after].argmin(axis=1)
     return _by_policies(grid, after, chance, shortest)
+
+
+def has_room(chance: Any, ceiling: Any) -> Any:
+    """Return whether any policy earns more than chance, of numbers or arrays: with action noise of 3/4 none does."""
+    return ceiling - chance > _SAME * ceiling
 
 
 def _executed(action_noise: float) -> NDArray[np.float64]:

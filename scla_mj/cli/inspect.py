@@ -161,12 +161,13 @@ def _describe(found: RunInspection) -> list[str]:
 
 def _describe_skill(found: RunInspection) -> list[str]:
     """Return what the hits mean beside chance, and what does not depend on where the robot was put down."""
-    if found.run is None or found.percent_above_chance is None:
+    if found.run is None or not found.made:
         return []
     from scla_mj.checked import check
 
-    chance = check(found.run.config).chance_hits_per_1000()
-    lines = [f"chance {chance:.2f} per 1000: {found.percent_above_chance:.1f} % of the way from chance to the ceiling"]
+    chance, above = check(found.run.config).chance_hits_per_1000(), found.percent_above_chance
+    earned = "nothing earns more" if above is None else f"{above:.1f} % of the way from chance to the ceiling"
+    lines = [f"chance {chance:.2f} per 1000: {earned}"]
     if found.summary is not None:
         regrets = [epoch.regret_per_episode for epoch in found.summary.epochs]
         for what, values in (

@@ -16,6 +16,7 @@ from scla_mj.checked import CheckedConfig, check
 from scla_mj.checked_path import checked_path
 from scla_mj.engine.lock import is_in_use
 from scla_mj.errors import SclaError
+from scla_mj.markov import has_room
 from scla_mj.runs.brain import read_brain
 from scla_mj.runs.checkpoint import read_checkpoint
 from scla_mj.runs.decisions import SPIKES, read_decisions
@@ -86,7 +87,7 @@ class RunInspection(NamedTuple):
 
     @property
     def percent_above_chance(self) -> float | None:
-        """How far the hits are on the way from chance to the ceiling, in per cent; None before the first decision."""
+        """How far the hits are on the way from chance to the ceiling, in per cent; None without decisions or a way."""
         if self.run is None or not self.made:
             return None
         checked = check(self.run.config)
@@ -94,7 +95,7 @@ class RunInspection(NamedTuple):
             sum(epoch.decisions * of(epoch.epoch) / 1000 for epoch in self.epochs)
             for of in (checked.chance_hits_per_1000, checked.ceiling_hits_per_1000)
         )
-        return 100 * (self.hits - chance) / (ceiling - chance)
+        return 100 * (self.hits - chance) / (ceiling - chance) if has_room(chance, ceiling) else None
 
     def sentence(self) -> str:
         """Return the verdict in one line."""

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special, stats
 
+from scla_mj.markov import has_room
+
 Array = NDArray[np.float64]
 
 CONFIDENCE: Final = 0.95
@@ -127,8 +129,9 @@ def percent_of_ceiling(hits_per_1000: Array, ceilings: Array) -> Array:
 
 
 def percent_above_chance(hits_per_1000: Array, chances: Array, ceilings: Array) -> Array:
-    """Return 100 * (hits - chance) / (ceiling - chance), by epoch (epochs,)."""
-    return np.asarray(100.0 * (hits_per_1000 - chances) / (ceilings - chances))
+    """Return 100 * (hits - chance) / (ceiling - chance), by epoch (epochs,); NaN where no policy is above chance."""
+    room = np.where(has_room(chances, ceilings), ceilings - chances, np.nan)
+    return np.asarray(100.0 * (hits_per_1000 - chances) / room)
 
 
 def moves_per_hit(hits_per_1000: Array) -> Array:

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from scla_mj.cli.main import COMMANDS, main
-from scla_mj.runs.atomic import read_json, write_json
 from scla_mj.runs.decisions import read_decisions
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
@@ -143,18 +142,14 @@ def test_a_rollout_ends_with_a_table_its_files_and_the_line_that_opens_the_recor
     assert "recording agrees" in capsys.readouterr().out
 
 
-def test_inspect_sees_a_summary_that_does_not_fit_its_recording(tmp_path, capsys):
-    run = tmp_path / "run"
-    assert main(["rollout", str(run), "--epochs", "1", "--decisions", "20"]) == 0
-    summary = read_json(run / "summary.json")
-    summary["epochs"][0]["hits"] += 1
-    write_json(run / "summary.json", summary)
+def test_where_no_policy_earns_more_than_chance_inspect_says_nothing_to_be_above_it(tmp_path, capsys):
+    options = ["--epochs", "1", "--decisions", "5", "--brain", "random", "--telemetry", "off"]
+    assert main(["rollout", str(tmp_path / "run"), *options, "--task.action-noise", "0.75"]) == 0
     capsys.readouterr()
-    assert main(["inspect", str(run)]) == 2
-    assert "damaged: summary.json is damaged" in capsys.readouterr().out
-    (run / "seal.json").unlink()
-    assert main(["inspect", str(run)]) == 1
-    assert "disagree" in capsys.readouterr().out
+    assert main(["inspect", str(tmp_path / "run")]) == 0
+    assert "chance 31.58 per 1000: nothing earns more\n" in capsys.readouterr().out
+    assert main(["inspect", str(tmp_path / "run"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["percent_above_chance"] is None
 
 
 def test_the_scripts_take_the_same_options(tmp_path):

@@ -205,3 +205,5 @@ def test_samples_that_do_not_vary_are_equivalent_or_not_and_one_seed_says_nothin
 def test_percent_above_chance_runs_from_chance_to_the_ceiling():
     found = st.percent_above_chance(np.array([1000 / 3, 1000.0, 0.0]), np.full(3, 1000 / 3), np.full(3, 1000.0))
     assert found == pytest.approx([0.0, 100.0, -50.0])
+    alike = st.percent_above_chance(np.array([30.0]), np.array([31.578947368421]), np.array([31.578947368422]))
+    assert np.isnan(alike).all()  # action noise of 3/4: no policy is above chance
