@@ -1,5 +1,6 @@
 """Sweeps: what a plan asks for, and that Dask makes it, whatever becomes of its workers, to the bits of single runs."""
 
+import contextlib
 import dataclasses
 import os
 import re
@@ -21,8 +22,8 @@ from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.sweeps.gather import write_table
-from scla_mj.experiments.sweeps.plan import Plan, configurations, grouped, read_plan
+from scla_mj.experiments.sweeps.gather import _column, write_table
+from scla_mj.experiments.sweeps.plan import Plan, configurations, grouped, read_plan, text
 from scla_mj.experiments.sweeps.sweep import sweep
 
 TINY = {("epochs",): [3], ("decisions",): [12]}
@@ -135,6 +136,23 @@ def test_a_scheduler_that_never_answers_is_told_in_time(tmp_path, capsys, monkey
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         assert main(["sweep", str(tmp_path), "--seeds", "1", "--scheduler", address]) == 2
     assert f"no scheduler answers at --scheduler {address} within 0.5 s" in capsys.readouterr().err
+
+
+def test_a_machine_that_starts_no_scheduler_of_its_own_is_not_asked_for_an_address(tmp_path, capsys, monkeypatch):
+    from scla_mj.experiments.sweeps import cluster
+
+    monkeypatch.setattr(cluster, "_START_S", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        monkeypatch.setattr(cluster, "_local", lambda workers: contextlib.nullcontext(address))
+        assert main(["sweep", str(tmp_path), "--seeds", "1"]) == 2
+    said = capsys.readouterr().err
+    assert "Dask has not started within 0.5 s" in said and "--scheduler" not in said
+
+
+@pytest.mark.parametrize("values", [["auto", 3], [3, "auto"], [True, 2], [None, 0.5, "x"]])
+def test_a_setting_of_several_types_is_a_column_of_text(values):
+    assert _column(values).to_pylist() == [None if value is None else text(value) for value in values]
 
 
 def test_without_dask_a_sentence_names_the_line_that_installs_it(tmp_path, capsys, monkeypatch):

@@ -144,8 +144,10 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Client]:
             limit_s = _CONNECT_S if scheduler else _START_S
             client = stack.enter_context(_Client(scheduler or cluster, timeout=limit_s, set_as_default=False))
         except (OSError, ValueError, TypeError) as error:
+            if scheduler is None:
+                raise SclaError(f"Dask has not started within {limit_s:g} s: try again when less runs here") from error
             raise SclaError(
-                f"no scheduler answers at --scheduler {scheduler} within {_CONNECT_S:g} s: give the address that "
+                f"no scheduler answers at --scheduler {scheduler} within {limit_s:g} s: give the address that "
                 "`dask scheduler` prints, such as tcp://192.168.0.5:8786"
             ) from error
         if scheduler is None:

@@ -72,7 +72,7 @@ def _column(values: Sequence[Any]) -> pa.Array:
     """Return settings as they are, or where one type does not hold them as text."""
     try:
         return pa.array(values)
-    except pa.ArrowInvalid:
+    except pa.ArrowException:  # of one of several kinds, by which type comes first
         return pa.array([None if value is None else text(value) for value in values])
 
 
@@ -99,17 +99,17 @@ def _measures(item: Evidence) -> dict[str, Any]:
     }
     for name, values in measures.items():
         ends = _estimate(values)
-        row |= {name: ends.mean, f"{name}_low": _known(ends.low), f"{name}_high": _known(ends.high)}
+        row |= {name: _known(ends.mean), f"{name}_low": _known(ends.low), f"{name}_high": _known(ends.high)}
     row["decisions_to_90_percent"] = [run.mastery for run in item.runs]
     row["hits_per_1000_by_seed_and_epoch"] = item.hits[:, :last].tolist()
     return row
 
 
 def _estimate(values: Array) -> statistics.Estimate:
-    """Return a mean with its interval; a seed that never hit has no finite regret."""
+    """Return a mean with its interval; a seed that never hit has no finite regret, and some worlds have only chance."""
     if np.isfinite(values).all():
         return statistics.estimate(values)
-    return statistics.Estimate(math.inf, math.nan, math.nan)
+    return statistics.Estimate(float(values.mean()), math.nan, math.nan)
 
 
 def _known(value: float) -> float | None:
