@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import enum
 import numbers
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from scla_mj.errors import SclaError
 from scla_mj.validation import shown
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 
 
 class Consumer(enum.IntEnum):
@@ -53,3 +54,12 @@ def generator(seed: int, consumer: Consumer) -> np.random.Generator:
     import numpy as np
 
     return np.random.Generator(np.random.PCG64(seed_sequence(seed, consumer)))
+
+
+def noise_lanes(seed: int, neurons: int) -> NDArray[np.uint32]:
+    """Return the state of each neuron's own generator of noise, (2, neurons)."""
+    import numpy as np
+
+    lanes: Any = seed_sequence(seed, Consumer.NOISE).generate_state(2 * neurons, np.uint32).reshape(2, -1)
+    lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
+    return np.asarray(lanes)

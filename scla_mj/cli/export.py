@@ -8,7 +8,6 @@ from typing import Annotated
 
 import tyro.conf
 
-from scla_mj.checked_path import checked_path
 from scla_mj.errors import SclaError
 
 
@@ -37,15 +36,13 @@ class Export:
         from scla_mj.export.source import exportable
 
         run = exportable(self.path)
-        file = None if self.nwb is None else checked_path(self.nwb, "--nwb")
-        folder = None if self.parquet is None else checked_path(self.parquet, "--parquet")
-        if file is not None:
-            require_new_file(file)
-        if folder is not None:
-            make_empty_folder(folder)  # both before either is written
-        if file is not None:
-            write_nwb(run, file)
-            print(f"Written:  {file}")
-        for table in [] if folder is None else write_parquet(run, folder):
+        if self.nwb is not None:
+            require_new_file(self.nwb)
+        if self.parquet is not None:
+            make_empty_folder(self.parquet)  # both before either is written
+        if self.nwb is not None:
+            write_nwb(run, self.nwb)
+            print(f"Written:  {self.nwb}")
+        for table in [] if self.parquet is None else write_parquet(run, self.parquet):
             print(f"Written:  {table}")
         return 0

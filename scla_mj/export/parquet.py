@@ -60,15 +60,8 @@ def tables(run: StoredRun) -> Iterator[tuple[str, pa.Table]]:
         history = run.weight_history
         means = dict(zip(run.anatomy.projection_names, history.mean_weights.T, strict=True))
         yield "mean_weights", pa.table({"decision": history.decision, "time_s": history.time_s} | means)
-        yield "weights", pa.concat_tables(_synapses(name, weights) for name, weights in final_weights(run))
-
-
-def final_weights(run: StoredRun) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield the weights of every projection by its name, as they were at the run's end."""
-    weights = run.brain.weights
-    assert weights is not None
-    for number, name in enumerate(() if run.anatomy is None else run.anatomy.projection_names):
-        yield name, weights[name] if isinstance(weights, dict) else weights[number]
+        weights = run.anatomy.by_projection(run.brain.weights)
+        yield "weights", pa.concat_tables(_synapses(*own) for own in weights.items())
 
 
 def _synapses(name: str, weights: NDArray[Any]) -> pa.Table:

@@ -25,7 +25,7 @@ class Wiring(NamedTuple):
 
 def wire(description: NetworkDescription, real: np.dtype[Any], rng: np.random.Generator) -> Wiring:
     """Draw every synapse, projection by projection."""
-    sizes, starts = sizes_of(description), starts_of(description)
+    places = {population.name: population for population in description.ranges}
     synapse = np.dtype([("weight", real), ("scaled", real), ("at", np.uint32), ("target", np.uint32)], align=True)
     onto = np.dtype([("synapse", np.uint32), ("source", np.uint32)])
     parts, rows, columns, entries, tables = [], [np.zeros(1, int)], [np.zeros(1, int)], [], []
@@ -34,21 +34,21 @@ def wire(description: NetworkDescription, real: np.dtype[Any], rng: np.random.Ge
         tables.append((rows_so_far, columns_so_far, total, total))
         if projection.is_uniform:
             continue
-        source, target = _pairs(projection, sizes[projection.source], sizes[projection.target], rng)
+        source, target = _pairs(projection, places[projection.source].size, places[projection.target].size, rng)
         part = np.zeros(len(source), synapse)
         part["weight"] = _weights(projection, len(source), rng)
-        part["target"] = starts[projection.target] + target
+        part["target"] = places[projection.target].start + target
         parts.append(part)
-        rows.append(total + np.cumsum(np.bincount(source, minlength=sizes[projection.source])))
-        rows_so_far += sizes[projection.source]
+        rows.append(total + np.cumsum(np.bincount(source, minlength=places[projection.source].size)))
+        rows_so_far += places[projection.source].size
         tables[-1] = (*tables[-1][:3], total + len(source))
         if projection.rule is not None:
             order = np.argsort(target, kind="stable")
             entry = np.zeros(len(source), onto)
-            entry["synapse"], entry["source"] = total + order, starts[projection.source] + source[order]
+            entry["synapse"], entry["source"] = total + order, places[projection.source].start + source[order]
             entries.append(entry)
-            columns.append(plastic + np.cumsum(np.bincount(target, minlength=sizes[projection.target])))
-            columns_so_far += sizes[projection.target]
+            columns.append(plastic + np.cumsum(np.bincount(target, minlength=places[projection.target].size)))
+            columns_so_far += places[projection.target].size
             plastic += len(source)
         total += len(source)
         if total > _MOST_SYNAPSES:
@@ -93,14 +93,3 @@ def _weights(projection: Synapses, count: int, rng: np.random.Generator) -> Any:
     else:
         drawn = np.full(count, float(weight))
     return drawn if rule is None else np.clip(drawn, rule.low, rule.high)
-
-
-def sizes_of(description: NetworkDescription) -> dict[str, int]:
-    """Return the size of each population."""
-    return {population.name: population.size for population in description.populations}
-
-
-def starts_of(description: NetworkDescription) -> dict[str, int]:
-    """Return where the neurons of each population begin."""
-    ends = np.cumsum([population.size for population in description.populations]).tolist()
-    return {p.name: end - p.size for p, end in zip(description.populations, ends, strict=True)}

@@ -7,6 +7,7 @@ object, `PairSTDP` unless another is given.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from typing import Any
@@ -87,7 +88,7 @@ class DenseNetwork(Network):
         self.rule = rule(plasticity, neural_step_ms=float(neural_step_ms))
         self._config, self._step_ms = network, neural_step_ms
         self._dopamine_decay = math.exp(-neural_step_ms / plasticity.dopamine_tau_ms)
-        cells = [REGULAR_SPIKING, FAST_SPIKING]
+        cells = [dataclasses.astuple(cell) for cell in (REGULAR_SPIKING, FAST_SPIKING)]
         self._a, self._b, self._c, self._d = np.repeat(np.array(cells, self._real), (800, 200), axis=0).T
 
     @property

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
+from scla_mj.anatomy import Population, stacked
 from scla_mj.brain.network.models import IZHIKEVICH_TYPES, LIF, Izhikevich
 from scla_mj.brain.network.rules import Rule, complaint
 from scla_mj.config import Precision
@@ -138,6 +139,12 @@ class NetworkDescription:
     def size(self) -> int:
         """Number of neurons."""
         return sum(population.size for population in self.populations)
+
+    @property
+    def ranges(self) -> tuple[Population, ...]:
+        """Where each population's neurons begin and end."""
+        ranges = stacked(*((population.name, population.size, population.role) for population in self.populations))
+        return tuple(own._replace(colour=p.colour) for own, p in zip(ranges, self.populations, strict=True))
 
     @property
     def plastic(self) -> tuple[Synapses, ...]:

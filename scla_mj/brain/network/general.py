@@ -13,7 +13,7 @@ from scla_mj.brain.network import general_kernel
 from scla_mj.brain.network.description import NetworkDescription
 from scla_mj.brain.network.inputs import fill
 from scla_mj.brain.network.recorded import Monitor, SpikeTrains, Watch
-from scla_mj.brain.network.weights import Connections
+from scla_mj.brain.network.weights import SYNAPSE_VARIABLES, Connections
 from scla_mj.brain.network.wiring import STATE
 from scla_mj.errors import SclaError
 from scla_mj.randomness import require_seed
@@ -22,7 +22,6 @@ from scla_mj.validation import shown
 
 _NEURON_VARIABLES: Final = {"v": general_kernel.V, "u": general_kernel.U}
 _TRACES: Final = {"x": general_kernel.PRE_TRACE, "y": general_kernel.POST_TRACE}
-_SYNAPSE_VARIABLES: Final = {"weight": general_kernel.WEIGHT, "eligibility": general_kernel.ELIGIBILITY}
 _VARIABLES: Final = "v, u, x, x1, y, y1, weight, eligibility"
 
 Drive = ArrayLike | Mapping[str, ArrayLike]
@@ -213,27 +212,17 @@ class GeneralNetwork(Connections):
                 )
             return _NEURON_VARIABLES[variable], 0, population.start, population.size
         described, table = self._projection(of)
-        if variable == "weight" and not described.is_uniform:
-            return general_kernel.WEIGHT, self._projections[of], int(table["first_synapse"]), self._synapse_count(table)
-        if described.rule is not None and variable == "eligibility":
-            return (
-                general_kernel.ELIGIBILITY,
-                self._projections[of],
-                int(table["first_synapse"]),
-                self._synapse_count(table),
-            )
+        if {"weight": not described.is_uniform, "eligibility": described.rule is not None}.get(variable):
+            first, last = int(table["first_synapse"]), int(table["last_synapse"])
+            return SYNAPSE_VARIABLES[variable], self._projections[of], first, last - first
         kind, number = variable[:1], variable[1:] or "0"
-        if described.rule is not None and kind in _TRACES and number.isdigit():
+        if described.rule is not None and kind in _TRACES and number.isdecimal():
             limits = self.memory.limits[table["rule"]]
             trace = int(limits[f"first_{kind}"]) + int(number)
             if trace < limits[f"last_{kind}"]:
                 population = self._ends(described)[kind == "y"]
                 return _TRACES[kind], trace, population.start, population.size
         raise SclaError(f"{of} has no {shown(variable)} to watch: variables are {_VARIABLES}")
-
-    @staticmethod
-    def _synapse_count(table: Any) -> int:
-        return int(table["last_synapse"]) - int(table["first_synapse"])
 
 
 _CHANGING: Final = {

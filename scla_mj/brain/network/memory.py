@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scla_mj.anatomy import MOTOR, NEURONS_PER_SIDE, POPULATIONS, PROJECTIONS, SENSORY, populations_of
 from scla_mj.brain.network.parameters import REGULAR_SPIKING, STRETCH_STEPS, Parameters
 from scla_mj.config import NetworkConfig
-from scla_mj.randomness import Consumer, generator, seed_sequence
+from scla_mj.randomness import Consumer, generator, noise_lanes
 
 PAGE_BYTES: Final = 4096
 STAGGER_BYTES: Final = 576
@@ -91,10 +91,8 @@ def arrays_of(memory: Memory) -> NetworkArrays:
 
 def initialise(arrays: NetworkArrays, config: NetworkConfig, *, seed: int) -> None:
     """Put a network of zeros to rest, with uniform random weights and one seeded noise generator per neuron."""
-    weights, noise = generator(seed, Consumer.WEIGHTS), seed_sequence(seed, Consumer.NOISE)
-    lanes = noise.generate_state(2 * len(arrays.v), np.uint32).reshape(2, -1)
-    lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
-    arrays.noise_low[:], arrays.noise_high[:] = lanes
+    weights = generator(seed, Consumer.WEIGHTS)
+    arrays.noise_low[:], arrays.noise_high[:] = noise_lanes(seed, len(arrays.v))
     arrays.v[:] = REGULAR_SPIKING.c
     arrays.u[:] = REGULAR_SPIKING.b * REGULAR_SPIKING.c
     arrays.weight[:] = weights.uniform(config.weight_low, config.weight_high, arrays.weight.shape)

@@ -9,21 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import NEURON_COUNT, Population, populations_of
+from scla_mj.brain.network.models import IZHIKEVICH_TYPES, Izhikevich
 from scla_mj.config import NetworkConfig, PlasticityConfig
 
-
-class CellType(NamedTuple):
-    """The four parameters of one kind of Izhikevich neuron (equations 1 and 2)."""
-
-    a: float
-    b: float
-    c: float
-    d: float
-
-
-# Izhikevich 2003, Figure 2, and 2007: regular spiking (the paper's Table 2) and fast spiking.
-REGULAR_SPIKING: Final = CellType(0.02, 0.2, -65.0, 8.0)
-FAST_SPIKING: Final = CellType(0.1, 0.2, -65.0, 2.0)
+REGULAR_SPIKING: Final = IZHIKEVICH_TYPES["regular spiking"]
+"""The paper's Table 2."""
+FAST_SPIKING: Final = IZHIKEVICH_TYPES["fast spiking"]
 
 V_LIMIT_MV: Final = 1000.0
 """Three times what v reaches in a sound run. Beyond, v squared would let the explicit half steps diverge, as they do in
@@ -165,7 +156,7 @@ def build_parameters(
     )
 
 
-def neuron_constants(kind: CellType, step_ms: float, real: Any) -> NeuronConstants:
+def neuron_constants(kind: Izhikevich, step_ms: float, real: Any) -> NeuronConstants:
     """Return the constants of one step of one kind of neuron."""
     return NeuronConstants(
         quadratic=real(0.04),

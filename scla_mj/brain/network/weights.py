@@ -19,7 +19,7 @@ from scla_mj.brain.network.wiring import new_memory
 from scla_mj.errors import SclaError
 from scla_mj.validation import shown
 
-_VARIABLES: Final = {"weight": general_kernel.WEIGHT, "eligibility": general_kernel.ELIGIBILITY}
+SYNAPSE_VARIABLES: Final = {"weight": general_kernel.WEIGHT, "eligibility": general_kernel.ELIGIBILITY}
 
 
 class Connections(Window):
@@ -33,7 +33,7 @@ class Connections(Window):
 
     def __init__(self, description: NetworkDescription, *, seed: int) -> None:
         self.description = description.check()
-        self.populations = _ranges(self.description)
+        self.populations = self.description.ranges
         self.memory = new_memory(self.description, seed=seed)
         kinds, modulators = len(self.populations), len(self.description.modulators)
         real = self.memory.v.dtype
@@ -132,7 +132,7 @@ class Connections(Window):
         described, table = self._projection(projection)
         values = np.empty(int(table["last_synapse"] - table["first_synapse"]), self.memory.v.dtype)
         place = self._projections[projection], int(table["first_synapse"])
-        self._read(self.memory, _VARIABLES[variable], *place, values)
+        self._read(self.memory, SYNAPSE_VARIABLES[variable], *place, values)
         return values.reshape(self._shape(described, table))
 
 
@@ -145,11 +145,3 @@ def _compiled_with(rule: Rule) -> tuple[Any, ...]:
 def _kernel_of(functions: tuple[Any, ...], traces: tuple[int, int]) -> tuple[Any, Any]:
     """Return the kernel, and what reads synapses; both are compiled at their first call."""
     return general_kernel.build(compiled_functions(functions), traces, fingerprint(functions) + repr(traces))
-
-
-def _ranges(description: NetworkDescription) -> tuple[Population, ...]:
-    ends = np.cumsum([population.size for population in description.populations]).tolist()
-    return tuple(
-        Population(p.name, end - p.size, end, p.role, p.colour)
-        for p, end in zip(description.populations, ends, strict=True)
-    )

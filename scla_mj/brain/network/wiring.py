@@ -6,7 +6,6 @@ precision and rule.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable
 from typing import Any, Final, NamedTuple
@@ -15,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.brain.network import general_kernel
-from scla_mj.brain.network.connections import starts_of, wire
+from scla_mj.brain.network.connections import wire
 from scla_mj.brain.network.description import (
     NetworkDescription,
     Neurons,
     Synapses,
 )
 from scla_mj.brain.network.models import LIF, Izhikevich
-from scla_mj.brain.network.parameters import LOWER_BOUND, TRACE_LOWER_BOUND, CellType, neuron_constants
+from scla_mj.brain.network.parameters import LOWER_BOUND, TRACE_LOWER_BOUND, neuron_constants
 from scla_mj.brain.network.rules import Rule, modulated_stdp
-from scla_mj.randomness import Consumer, generator, seed_sequence
+from scla_mj.randomness import Consumer, generator, noise_lanes
 
 _MOST_STEPS: Final = 1000
 """Steps between two restarts of E and G, each of which costs what a few dozen steps cost."""
@@ -92,7 +91,7 @@ def new_memory(description: NetworkDescription, *, seed: int) -> Memory:
     pairs = _distinct([_pair_of(projection) for projection in description.plastic])
     wiring = wire(description, real, generator(seed, Consumer.WEIGHTS))
     populations, out, into = _populations(description, real)
-    lanes = _noise_lanes(seed, n)
+    lanes = noise_lanes(seed, n)
     fired = np.zeros(n + -n % 8, np.uint8)
     steps = max(1, min([_MOST_STEPS, *(int(_MOST_TAUS * tau / h) for _, tau in pairs)]))
     pre, post = ([tau for rule in rules for tau in getattr(rule, taus)] for taus in ("pre_taus_ms", "post_taus_ms"))
@@ -156,14 +155,15 @@ def _projections(
 def _populations(description: NetworkDescription, real: np.dtype[Any]) -> tuple[Any, Any, Any]:
     """Return the table of populations, and the explicit projections out of and the plastic ones into each."""
     whole = ("kind", "start", "stop", "first_out", "last_out", "first_in", "last_in")
-    starts, out, into = starts_of(description), list[int](), list[int]()
+    out, into = list[int](), list[int]()
     constants = [_constants(population, description.step_ms, real.type) for population in description.populations]
     fields = [*((name, np.int64) for name in whole), *((name, real) for name in constants[0])]
     table = np.zeros(len(description.populations), fields)
-    for record, population, numbers in zip(table, description.populations, constants, strict=True):
-        lif, start = isinstance(population.model, LIF), starts[population.name]
-        record["kind"] = general_kernel.LIF if lif else general_kernel.IZHIKEVICH
-        record["start"], record["stop"] = start, start + population.size
+    for record, population, own, numbers in zip(
+        table, description.populations, description.ranges, constants, strict=True
+    ):
+        record["kind"] = general_kernel.LIF if isinstance(population.model, LIF) else general_kernel.IZHIKEVICH
+        record["start"], record["stop"] = own.start, own.stop
         record["first_out"], record["first_in"] = len(out), len(into)
         for k, projection in enumerate(description.projections):
             if projection.source == population.name and not projection.is_uniform:
@@ -179,7 +179,7 @@ def _populations(description: NetworkDescription, real: np.dtype[Any]) -> tuple[
 def _constants(population: Neurons, step_ms: float, real: Any) -> dict[str, Any]:
     """Return one step's numbers of a population's neurons, by the names that the kernel reads."""
     model, tau = population.model, population.synaptic_tau_ms
-    kind = CellType(*dataclasses.astuple(model)) if isinstance(model, Izhikevich) else CellType(0.0, 0.0, 0.0, 0.0)
+    kind = model if isinstance(model, Izhikevich) else Izhikevich(0.0, 0.0, 0.0, 0.0)
     numbers = {**neuron_constants(kind, step_ms, real)._asdict(), "rest": 0.0, "keep": 0.0, "gain": 0.0}
     if isinstance(model, LIF):
         keep = math.exp(-step_ms / model.tau_ms)
@@ -243,12 +243,6 @@ def _parameters(rules: list[Rule], real: np.dtype[Any], step_ms: float) -> NDArr
         for name, value in rule.parameters.items():
             record[name] = value
     return table
-
-
-def _noise_lanes(seed: int, neurons: int) -> Any:
-    lanes = seed_sequence(seed, Consumer.NOISE).generate_state(2 * neurons, np.uint32).reshape(2, -1)
-    lanes[0][(lanes == 0).all(axis=0)] = 1  # an all-zero generator would stay at zero
-    return np.ascontiguousarray(lanes)
 
 
 def _distinct(things: Iterable[Any]) -> list[Any]:

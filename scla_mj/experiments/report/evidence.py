@@ -22,7 +22,6 @@ from scla_mj.runs.summary import Summary
 Array = NDArray[np.float64]
 BLOCK_DECISIONS: Final = 100
 """Decisions in a block of a run's beginning: fine enough to see a first epoch learn."""
-_EARLY_DECISIONS: Final = 2000
 
 
 class SeedRun(NamedTuple):
