@@ -80,6 +80,11 @@ class Sweep:
                 watch=watch,
                 checkpoint_period_s=self.checkpoint_period_s,
             )
+        from scla_mj.cli.output import wide_console
+        from scla_mj.cli.tables import sweep_table
+
+        wide_console().print(sweep_table(table))
+        print("Hits of the last epoch; % of ceiling of the settled epochs (95 % interval over seeds)")
         print(f"The table:  {table}\nThe figure:  {table.with_suffix('.png')}")
         return 0
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from rich.markup import escape
 from rich.table import Table
 
 from scla_mj import paths
@@ -24,6 +25,8 @@ _WHAT: Final = {
     paths.RECORDING_RRD: "the recording for Rerun",
     paths.SEAL_JSON: "the SHA-256 of each of them",
 }
+
+_MOST_ROWS: Final = 24
 
 
 def epoch_table(summary: Summary) -> Table:
@@ -61,6 +64,31 @@ def epoch_table(summary: Summary) -> Table:
             f"\nbelieved place off by {1000 * found.mean_error_m:.1f} mm on average, {1000 * found.max_error_m:.0f} mm"
             f" at most; in the wrong cell at {found.wrong_cells} decisions"
         )
+    return table
+
+
+def sweep_table(file: Path) -> Table:
+    """Return what each configuration of a sweep earned, as `sweep.parquet` has it: all of a few, of many the best."""
+    import pyarrow.parquet as pq
+
+    from scla_mj.experiments.sweeps.plan import text
+
+    found = pq.read_table(file)
+    rows, settings = found.to_pylist(), found.column_names[: found.column_names.index("folder")]
+    varied = [name for name in settings if len({repr(row[name]) for row in rows}) > 1] or settings[:1]
+    table = Table()
+    if len(rows) > _MOST_ROWS:
+        rows = sorted(rows, key=lambda row: -row["percent_of_ceiling"])[:_MOST_ROWS]
+        table.title = f"the best {_MOST_ROWS} of {found.num_rows} configurations"
+    for name in (*varied, "seeds", "hits per 1000", "% of ceiling"):
+        table.add_column(name, justify="left" if name in varied else "right")
+    for row in rows:
+        last = [epochs[-1] for epochs in row["hits_per_1000_by_seed_and_epoch"]]
+        mean, low, high = (row[f"percent_of_ceiling{end}"] for end in ("", "_low", "_high"))
+        interval = "" if low is None else f" ({low:.1f} to {high:.1f})"
+        earned = f"{sum(last) / len(last):.1f}", f"{mean:.1f}{interval}"
+        named = ("-" if row[name] is None else escape(text(row[name])) for name in varied)
+        table.add_row(*named, str(len(row["seeds"])), *earned)
     return table
 
 

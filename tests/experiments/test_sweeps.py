@@ -254,8 +254,11 @@ def test_the_page_does_what_it_says(tmp_path, monkeypatch, threads, capsys):
         re.findall(r"```python\n(.*?)```", page, re.DOTALL),
     )
     assert main(command.split()) == 0
-    said = capsys.readouterr().out
-    assert "".join(f"    {line}\n" for line in said.splitlines()) in page
+    said = capsys.readouterr().out.splitlines()
+    assert "".join(f"    {line}\n" for line in said[-3:]) in page
+    headings, rates = said[1].replace("┃", " ").split(), [line.split()[1] for line in said if line.startswith("│")]
+    assert " ".join(headings) == "automaton.reward-rate seeds hits per 1000 % of ceiling"
+    assert rates == ["0.1", "0.3", "0.5", "0.7"]
     exec(table)
     assert len(capsys.readouterr().out.splitlines()) == 1 + 4
     exec(many.replace("decisions=200", "decisions=5"), {"__name__": "__main__"})
