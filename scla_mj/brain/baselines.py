@@ -58,10 +58,13 @@ class ShortestPathBrain(Brain):
         self._grid = checked.grid()
 
     def decide(self, percept: Percept) -> Decision:
-        """Move to the neighbour closest to the target; of equals, the first in the order up, down, left, right."""
-        distances = self._grid.distances
-        action, _ = min(self._grid.neighbours(percept.cell), key=lambda neighbour: distances[neighbour[1]])
-        return Decision(action)
+        """Move to the neighbour closest to the target; of equals, the first in the order up, down, left, right.
+
+        A robot that believes to be in a closed cell among closed cells moves up.
+        """
+        distances, nowhere = self._grid.distances, (Action.UP, percept.cell)
+        neighbours = self._grid.neighbours(percept.cell)
+        return Decision(min(neighbours, key=lambda neighbour: distances[neighbour[1]], default=nowhere)[0])
 
     def learn(self, feedback: Feedback) -> None:
         """Learn nothing."""

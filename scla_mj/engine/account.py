@@ -154,8 +154,8 @@ class Account:
 
     def _gained(self, record: DecisionRecord) -> int:
         """Return by how many moves the target is nearer than before: on wheels 1, 0 or -1."""
-        distances = self._checked.grid(record.epoch).distances
-        return distances[record.move.before] - distances[record.move.after]
+        distances, before, after = self._checked.grid(record.epoch).distances, record.move.before, record.move.after
+        return 0 if before == after else distances[before] - distances[after]  # it may have believed to be in a wall
 
     def _wall_s(self) -> float:
         return time.perf_counter() - self._started

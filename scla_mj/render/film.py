@@ -77,6 +77,9 @@ def make_film(
         raise SclaError(taken)
     model = drawn_model(run)
     poses, spikes = stored_poses(run, decisions, model)
+    last = int(poses.decision[-1])
+    if last < decisions.stop - 1 and not run.is_complete:
+        raise SclaError(f"{run.path} is unfinished and its recording ends with decision {last}: give --to {last}")
     frames = Frames(run, decisions, poses, film, model)
     overlay = Overlay(run, decisions, spikes, film.size) if film.overlay else None
     times_s = frame_times(run, decisions, poses, film)

@@ -9,11 +9,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from scla_mj.config import ControllerConfig, RunConfig
+from scla_mj.config import ControllerConfig, GridConfig, RunConfig
 from scla_mj.control.motion import RETURNED, Gains
 from scla_mj.disturbances import SETS, DisturbanceConfig, with_sets
+from scla_mj.engine.account import Account
 from scla_mj.engine.build import simulate
 from scla_mj.errors import SclaError
+from scla_mj.grid import Cell
 from scla_mj.runs.decisions import row
 from scla_mj.signals import Outcome
 
@@ -222,6 +224,21 @@ def test_a_robot_that_has_lost_its_place_is_reported_and_told_a_new_one():
     assert (lost.move.outcome, lost.move.fallen) == (Outcome.FAILED, True)
     assert found.move.outcome != Outcome.FAILED
     assert found.localised.error_m < 1e-9
+
+
+def test_a_robot_that_believes_to_be_inside_a_wall_moves_on_and_counts_for_nothing_as_it_falls():
+    closed = tuple((x, y) for x in (1, 2, 3) for y in (1, 2, 3))
+    grid = GridConfig(target=(5, 5), closed_cells=closed)
+    simulation = simulate(RunConfig(brain="shortest-path", localisation="odometry", grid=grid))
+    account = Account(simulation.config)
+    for falls in (False, True):
+        simulation.task._localiser.odometer.estimate[:2] = simulation.task.grid.centre_m(Cell(2, 2))
+        simulation.task._percept = None
+        simulation.world.data.qpos[3:7] = (0.7, 0.7, 0.0, 0.0) if falls else (1.0, 0.0, 0.0, 0.0)
+        record = simulation.step()
+        account.add(record, simulation.time_s)
+        assert (record.percept.cell, record.move.fallen) == ((2, 2), falls)
+    assert account.epoch(1).moves_beyond >= 1
 
 
 def test_a_command_that_is_not_a_number_fails_and_reaches_no_wheel():

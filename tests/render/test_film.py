@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import shutil
 import sys
 from types import SimpleNamespace
 
@@ -154,6 +155,20 @@ def test_what_cannot_be_shown_is_said_in_one_sentence_and_nothing_is_left(words,
     assert sentence in said
     assert said.startswith("scla-mj: ") and said.count("\n") == 1  # no bar of a film that there will not be
     assert not list(tmp_path.iterdir())
+
+
+def test_a_killed_run_is_shown_as_far_as_it_was_recorded(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("scla_mj.telemetry.recording._DECISIONS_A_FLUSH", 4)
+
+    def copy(record, account):
+        if account.decisions == 7:
+            shutil.copytree(tmp_path / "run", tmp_path / "killed")
+
+    rollout(dataclasses.replace(CONFIG, epochs=4, decisions=2), tmp_path / "run", watch=copy, pictures=False)
+    words = ["render", str(tmp_path / "killed"), str(tmp_path / "film.png"), "--draft"]
+    assert main(words) == 2
+    assert "is unfinished and its recording ends with decision 4: give --to 4\n" in capsys.readouterr().err
+    assert main([*words, "--to", "4"]) == 0
 
 
 def test_without_an_encoder_the_line_that_installs_one_is_named(run, tmp_path, monkeypatch, capsys):
