@@ -1,6 +1,7 @@
 """Colours and marks that pictures share: of figures as hex, on light or on dark; of the dashboard as red green blue."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -16,11 +17,15 @@ PROJECTION_COLOURS: Final = {projection.name: str(projection.colour) for project
 LINE_COLOURS: Final = ("#bc8800", "#5489fc", "#5e6363", "#6c2cff", "#ac8c5e", "#4c98c3")
 """For curves that nobody coloured: distinct for colour-blind readers too, and 3 : 1 on white and on dark."""
 _LINES: Final = ("-", "--", ":", "-.")
+_ALIKE: Final = 80.0
+"""Colours, red green blue, that are no further apart are taken for each other on thin lines."""
 
 
 def projection_styles(projections: Sequence[Projection]) -> dict[str, tuple[str, str]]:
-    """Return each projection's colour and line style, by name: its own, or the next that no other has."""
-    styles, cycle = {}, itertools.cycle(itertools.product(_LINES, LINE_COLOURS))
+    """Return each projection's colour and line style, by name: its own, or the next that no other is like."""
+    taken = [rgb(projection.colour) for projection in projections if projection.colour]
+    free = [colour for colour in LINE_COLOURS if all(math.dist(rgb(colour), other) > _ALIKE for other in taken)]
+    styles, cycle = {}, itertools.cycle(itertools.product(_LINES, free or LINE_COLOURS))
     for projection in projections:
         line, colour = ("-", projection.colour) if projection.colour else next(cycle)
         styles[projection.name] = colour, "--" if projection.dashed else line

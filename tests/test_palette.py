@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from scla_mj.anatomy import POPULATIONS, PROJECTIONS, stacked
+from scla_mj.anatomy import POPULATIONS, PROJECTIONS, Projection, stacked
 from scla_mj.palette import (
     ACTION_COLOURS,
     HIT_COLOUR,
@@ -13,6 +13,7 @@ from scla_mj.palette import (
     TARGET_COLOUR,
     on_either,
     population_colours,
+    projection_styles,
     rgb,
 )
 
@@ -70,6 +71,15 @@ def test_directions_are_told_apart_by_colour_blind_readers_too_and_kinds_by_dash
     for projection in PROJECTIONS:
         assert PROJECTION_COLOURS[projection.name] == by_direction[projection.sensor]
         assert projection.dashed != projection.agrees
+
+
+def test_projections_beyond_the_papers_have_colours_that_none_of_the_papers_is_like():
+    added = [Projection(f"SUtoM{side}", "SU", f"M{side}", (100, 100)) for side in "LR"]
+    styles = projection_styles([*PROJECTIONS, *added])
+    papers = [as_seen(rgb(colour), "none") for colour in PROJECTION_COLOURS.values()]
+    for own in (as_seen(rgb(styles[projection.name][0]), "none") for projection in added):
+        assert min(np.linalg.norm(own - other) for other in papers) > CIE76_AT_LEAST
+    assert len({styles[projection.name] for projection in added}) == 2
 
 
 def test_the_papers_populations_have_their_actions_hues_and_another_brains_place_cells_that_of_no_action():

@@ -110,13 +110,12 @@ def _learning(groups: Sequence[Group]) -> Figure:
     alone = len(groups) == 1 and groups[0].has_weights
     with drawing.canvas(height_mm=62 if alone else 80, columns=3 if alone else 1) as (figure, grid):
         axes: Axes = grid[0, 0]
-        summaries = [group.first.summary for group in groups]
         for index, group in enumerate(groups):
             x, curve = _hits(group)
             seeds = "" if len(group.runs) == 1 else f", {len(group.runs)} seeds"
             label = textwrap.fill(f"{group.label}{seeds}", _LEGEND_LETTERS)
             drawing.draw_line(axes, x, curve, SERIES[index % len(SERIES)], DASHES[index % len(DASHES)], label)
-        plots.draw_bounds(axes, max(summaries, key=lambda summary: sum(epoch.decisions for epoch in summary.epochs)))
+        plots.draw_bounds(axes, *(group.first.summary for group in groups))
         common = [{getattr(group.first.config, name) for group in groups} for name in ("brain", "protocol")]
         caption = groups[0].setting if len(groups) == 1 else ", ".join(one for one, *more in common if not more)
         figure.suptitle(caption, fontsize=6.5, color=drawing.SOFT)

@@ -54,24 +54,27 @@ def plot_learning(folder: Path, summary: Summary, hits: NDArray[np.bool_]) -> No
         _write(figure, folder / LEARNING_PNG, "Hits per 1000 decisions", summary)
 
 
-def draw_bounds(axes: Axes, summary: Summary) -> None:
-    """Draw the ceiling of every epoch and, until it changes, chance; name them at the right, and the axes."""
-    ends = epoch_ends(summary)
-    ceilings = [epoch.ceiling_hits_per_1000 for epoch in summary.epochs] or [summary.ceiling_hits_per_1000]
-    steps = [1, *ends] if ends else [1, 10]
-    axes.plot(steps, [ceilings[0], *ceilings], ls="--", color=CEILING, drawstyle="steps-pre", lw=0.9, zorder=2)
-    before = next((end for end, one, next_one in zip(ends, ceilings, ceilings[1:], strict=False) if one != next_one),
-                  steps[-1])  # fmt: skip
-    chance = summary.chance_hits_per_1000
-    axes.plot([1, before], [chance, chance], ls=":", color=CHANCE, lw=0.9, zorder=2)
-    named = [(f"ceiling {ceilings[-1]:.4g}", ceilings[-1], CEILING)]
-    if before == steps[-1]:
-        named.append((f"chance {chance:.4g}", chance, CHANCE))
-    for text, value, colour in named:
+def draw_bounds(axes: Axes, *summaries: Summary) -> None:
+    """Draw the ceiling of every epoch of runs and, until it changes, chance; name them at the right, and the axes."""
+    named, highest = dict[str, tuple[float, str]](), list[float]()
+    for summary in summaries:
+        ends = epoch_ends(summary)
+        ceilings = [epoch.ceiling_hits_per_1000 for epoch in summary.epochs] or [summary.ceiling_hits_per_1000]
+        steps = [1, *ends] if ends else [1, 10]
+        axes.plot(steps, [ceilings[0], *ceilings], ls="--", color=CEILING, drawstyle="steps-pre", lw=0.9, zorder=2)
+        before = next((end for end, one, other in zip(ends, ceilings, ceilings[1:], strict=False) if one != other),
+                      steps[-1])  # fmt: skip
+        chance = summary.chance_hits_per_1000
+        axes.plot([1, before], [chance, chance], ls=":", color=CHANCE, lw=0.9, zorder=2)
+        named[f"ceiling {ceilings[-1]:.4g}"] = ceilings[-1], CEILING
+        if before == steps[-1]:
+            named[f"chance {chance:.4g}"] = chance, CHANCE
+        highest += ceilings
+    for text, (value, colour) in named.items():
         axes.annotate(text, (1.0, value), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
                       va="center", ha="left", fontsize=6.5, color=colour, annotation_clip=False)  # fmt: skip
-    over_decisions(axes, ends, first=4)
-    axes.set_ylim(0, 1.08 * max([*ceilings, *axes.dataLim.intervaly]))
+    over_decisions(axes, max(map(epoch_ends, summaries), key=lambda ends: sum(ends[-1:])), first=4)
+    axes.set_ylim(0, 1.08 * max([*highest, *axes.dataLim.intervaly]))
     axes.set_ylabel("hits per 1000 decisions")
     axes.grid(axis="y")
 

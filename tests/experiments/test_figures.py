@@ -86,6 +86,14 @@ def _drawn(*of):
         yield (folder / str(number) / "learning.svg").read_text(encoding="utf-8")
 
 
+def test_every_line_has_its_own_ceiling_and_chance(runs, tmp_path):
+    config = scla_mj.RunConfig(brain="random", protocol="sensed-start", epochs=1, decisions=30, telemetry="off")
+    scla_mj.rollout(config, tmp_path / "sensed", pictures=False)
+    (drawn,) = _drawn([tmp_path / "sensed", runs[2]], tmp_path)
+    named = re.findall(r">((?:ceiling|chance) [\d.]+)</text>", drawn)
+    assert named == ["ceiling 1000", "chance 333.3", "ceiling 400", "chance 31.58"]
+
+
 def test_long_names_of_settings_leave_each_line_its_own_file(runs, tmp_path):
     folders = [tmp_path / name for name in ("short", "long")]
     for folder, timeout_s in zip(folders, (8.0, 9.0), strict=True):
