@@ -53,6 +53,7 @@ def test_a_brain_may_import_late_and_change_directory(tmp_path, monkeypatch):
     return Decision(Action.UP)
 def learn(self, feedback):
     assert os.getcwd().endswith('elsewhere') == (self.made >= 3)"""
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])  # as for a script of this folder
     path, errors = list(sys.path), np.geterr()
     assert rollout(tmp_path, monkeypatch, "wandering", body) == 0
     assert read_decisions(tmp_path / "run").num_rows == 5
