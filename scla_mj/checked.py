@@ -272,7 +272,7 @@ def _check_epochs(config: RunConfig) -> None:
         epoch = getattr(config.task, name)
         if epoch > config.epochs:
             raise SclaError(
-                f"{option(('task', name))} is {epoch}: the run ends after {config.epochs} epochs; choose one of them"
+                f"{option(('task', name))} is {epoch}: the run ends after epoch {config.epochs}; choose one of them"
             )
 
 

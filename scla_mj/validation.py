@@ -120,7 +120,8 @@ def shown(value: Any) -> str:
     """Return a value as a sentence shows it: short, on one line."""
     if isinstance(value, tuple | list) and value and all(isinstance(part, int | float) for part in value):
         return " ".join(map(str, value))
-    text = " ".join(repr(value).split())
+    words = isinstance(value, tuple) and value and all(isinstance(part, str) for part in value)  # as options have them
+    text = " ".join((" ".join(value) if words else repr(value)).split())
     return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "..."
 
 

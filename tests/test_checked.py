@@ -179,7 +179,7 @@ def test_grid_and_ceiling_follow_the_target_over_the_epochs():
     assert [tuple(checked.grid(epoch).target) for epoch in (1, 2, 3)] == [(3, 3), (1, 1), (1, 1)]
     assert [checked.ceiling_hits_per_1000(epoch) for epoch in (1, 2, 3)] == pytest.approx([400.0, 240.0, 240.0])
     assert checked.grid(3) is checked.grid(2) is not checked.grid()
-    assert "--task.jump-epoch is 4: the run ends after 3 epochs" in refusal(
+    assert "--task.jump-epoch is 4: the run ends after epoch 3" in refusal(
         RunConfig(epochs=3, task=TaskConfig(jump_epoch=4))
     )
 
@@ -189,7 +189,7 @@ def test_the_wheels_are_crossed_from_their_epoch_on_and_the_arena_stays_as_it_is
     assert [checked.has_crossed(epoch) for epoch in (1, 2, 3)] == [False, True, True]
     assert checked.grid(3) is checked.grid() and checked.ceiling_hits_per_1000(3) == pytest.approx(400.0)
     assert not check(RunConfig()).has_crossed(1)
-    assert "--task.crossed-epoch is 4: the run ends after 3 epochs" in refusal(
+    assert "--task.crossed-epoch is 4: the run ends after epoch 3" in refusal(
         RunConfig(epochs=3, task=TaskConfig(crossed_epoch=4))
     )
 

@@ -195,7 +195,7 @@ def test_the_help_of_a_named_brain_lists_its_own_settings(capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--brain", "random", "--network.sensory-drive", "9"], "which --brain random does not read: leave it out"),
+        (["--brain", "random", "--network.projections", "SUtoML"], "is SUtoML, which --brain random does not read: "),
         (
             ["--plasticity.modulation", "scalar"],
             "which --brain scla does not read: leave it out or choose --brain scla-p",

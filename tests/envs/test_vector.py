@@ -73,7 +73,7 @@ def test_the_twin_goes_where_the_robot_goes():
         ({"localisation": "sensors"}, "a fleet of robots can neither"),
         ({"num_envs": 0}, "the number of robots is 0: it must be a whole number, 1 to"),
         ({"threads": 0}, "threads is 0"),
-        ({"config": RunConfig(task=TaskConfig(jump_epoch=11))}, "the run ends after 10 epochs"),
+        ({"config": RunConfig(task=TaskConfig(jump_epoch=11))}, "the run ends after epoch 10"),
     ],
 )
 def test_what_a_fleet_cannot_be_is_refused(options, sentence):
