@@ -9,7 +9,6 @@ from scla_mj.markov import hits_per_1000, transition_matrix, uniform_policy
 from scla_mj.signals import Outcome, Percept
 
 DISCOUNT = 0.9
-STEP = Percept(Cell(1, 1), None), Percept(Cell(1, 2), None)
 
 
 def best_values(grid):

@@ -16,9 +16,6 @@ from scla_mj.experiments.scale import CHOSEN_ON, TEN_SEEDS
 SOME = [BY_NAME[name] for name in ("scla-any", "one-any", "rung", "automata-everywhere-any-start")]
 
 
-UNDECIDED = "neither different nor shown to be the same within 1.5 points"
-
-
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("claims")

@@ -21,7 +21,6 @@ from scla_mj.world.world import World
 
 CLOCK = resolve_clock(ClockConfig())
 GRAVITY = 9.81
-STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 @njit
