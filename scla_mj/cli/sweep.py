@@ -31,7 +31,8 @@ class Sweep:
     OUT/sweep.png; run it again to finish what an interruption left.
 
     Takes every option of `scla-mj rollout` that is a setting, with one value or with several: --brain scla dyna-q
-    --automaton.reward-rate 0.3 0.5. A switch takes true, false or both; a brain's own settings are --brain.NAME.
+    --automaton.reward-rate 0.3 0.5. A switch takes true, false or both; a brain's own settings are --brain.NAME. What
+    takes a list already (--closed-cells, --network.projections) has its place in a plan.
     """
 
     path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
