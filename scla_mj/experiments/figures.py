@@ -113,7 +113,7 @@ def _learning(groups: Sequence[Group]) -> Figure:
         for index, group in enumerate(groups):
             x, curve = _hits(group)
             seeds = "" if len(group.runs) == 1 else f", {len(group.runs)} seeds"
-            label = textwrap.fill(f"{group.label}{seeds}", _LEGEND_LETTERS)
+            label = textwrap.fill(f"{group.label}{seeds}", _LEGEND_LETTERS, break_on_hyphens=False)
             drawing.draw_line(axes, x, curve, SERIES[index % len(SERIES)], DASHES[index % len(DASHES)], label)
         plots.draw_bounds(axes, *(group.first.summary for group in groups))
         common = [{getattr(group.first.config, name) for group in groups} for name in ("brain", "protocol")]

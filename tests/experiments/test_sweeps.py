@@ -131,11 +131,14 @@ def test_a_sweep_that_cannot_be_gets_one_sentence_and_leaves_nothing(plan, words
 def test_a_scheduler_that_never_answers_is_told_in_time(tmp_path, capsys, monkeypatch):
     from scla_mj.experiments.sweeps import cluster
 
+    clients, start = [], cluster._Client.start
+    monkeypatch.setattr(cluster._Client, "start", lambda one, **how: (clients.append(one), start(one, **how)))
     monkeypatch.setattr(cluster, "_CONNECT_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         assert main(["sweep", str(tmp_path), "--seeds", "1", "--scheduler", address]) == 2
     assert f"no scheduler answers at --scheduler {address} within 0.5 s" in capsys.readouterr().err
+    assert [client.status for client in clients] == ["closed"], "nothing is left to a finaliser"
 
 
 def test_a_machine_that_starts_no_scheduler_of_its_own_is_not_asked_for_an_address(tmp_path, capsys, monkeypatch):

@@ -131,7 +131,12 @@ class _Client(Client):  # type: ignore[misc]
 
     def start(self, *, timeout: float, **how: Any) -> None:
         """Connect, in `timeout` seconds at most."""
-        super().start(timeout=timeout, callback_timeout=timeout, **how)
+        try:
+            super().start(timeout=timeout, callback_timeout=timeout, **how)
+        except BaseException:
+            with contextlib.suppress(TimeoutError):
+                self.close()  # else its finaliser does, whenever: it waits for ever in a thread that has Dask's lock
+            raise
 
 
 @contextlib.contextmanager
