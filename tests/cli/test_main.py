@@ -48,7 +48,7 @@ def refused(arguments, capsys):
         (["--brain", "no.such:Brain"], "no.such", "imported"),
         (["--brain", "shortest-path", "--task.jump-epoch", "2"], "shortest-path", "jump-epoch"),
         (["--brain", "shortest-path", "--task.crossed-epoch", "2"], "shortest-path", "crossed-epoch"),
-        (["--task.jump-epoch", "11"], "--task.jump-epoch is 11", "10 epochs"),
+        (["--task.jump-epoch", "11"], "--task.jump-epoch is 11", "ends after epoch 10"),
         (["--clock.physics-step-ms", "1e-6"], "physics-step-ms is 1e-06", "0.1 to 20"),
     ],
 )
