@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Bench:
     """Time a run's decisions against bare physics and bare neurons, in turn; print medians and ratios (4 minutes).
-    --growth, --long, --seeds, --fleets, --described and --peers measure that instead."""
+    --growth, --long, --seeds, --fleets, --described, --gpu and --peers measure that instead."""
 
     repetitions: int = 5
     """Repetitions in turn; each figure is a median over them."""
@@ -40,6 +40,9 @@ class Bench:
     described: bool = False
     """A network by description compared with the paper's kernel, with ten times its size, and with Brian2 where
     .peers is (1 minute)."""
+    gpu: bool = False
+    """Moves of 1,024 robots, and decisions of their networks, on an NVIDIA GPU compared with one core; needs the extra
+    `warp` (3 minutes)."""
     peers: Path | None = None
     """The python of the peers' environment (docs/performance.md): Brian2, NEST and numpy run the same network; their
     spike trains must be ours (1 minute)."""
@@ -91,6 +94,7 @@ class Bench:
             "seeds": self.seeds,
             "fleets": self.fleets,
             "described": self.described,
+            "gpu": self.gpu,
             "peers": self.peers is not None,
         }
         return [name for name, chosen in wanted.items() if chosen] or ["rollout"]
@@ -112,6 +116,8 @@ class Bench:
         check(self.config)
         if names != ["seeds"]:  # two seeds are whole runs, of any brain
             require_replayable(self.config)
+        if self.gpu:
+            preflight.require_gpu("--gpu")
         if self.peers is not None:
             require_peers_python(self.peers)
 

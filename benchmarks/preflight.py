@@ -2,12 +2,31 @@
 
 from __future__ import annotations
 
+import ctypes
+import importlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.table import require_places
 from scla_mj.errors import SclaError
+from scla_mj.extras import need
+
+
+def require_gpu(option: str) -> None:
+    """Refuse to go on without a GPU.
+
+    Raises:
+        SclaError: mujoco_warp is not installed, or there is no CUDA device.
+    """
+    need("mujoco_warp", option)
+    try:
+        ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")  # without it Warp would say so in its own way
+        found = importlib.import_module("warp").is_cuda_available()
+    except OSError:
+        found = False
+    if not found:
+        raise SclaError(f"{option} needs an NVIDIA GPU and its driver: there is no CUDA device here")
 
 
 def require_new_file(option: str, file: Path) -> None:

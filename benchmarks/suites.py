@@ -17,7 +17,7 @@ from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 
 _STARTS_AT_MOST: Final = 3
-_TIMED: Final = ("rollout", "network", "move", "start", "neurons", "arenas", "seeds", "peers", "described")
+_TIMED: Final = ("rollout", "network", "move", "start", "neurons", "arenas", "seeds", "peers", "described", "gpu")
 """The tables whose figures are medians over the repetitions; the others count bytes, or repeat in their own way."""
 
 
@@ -86,6 +86,12 @@ def _described(order: Order, watch: Watch) -> Result:
     return Result([described.measure(order.config, order.peers, repetitions=order.repetitions, watch=watch)], {})
 
 
+def _gpu(order: Order, watch: Watch) -> Result:
+    from benchmarks.gpu import race  # only where the extra `warp` is installed
+
+    return Result([race.measure(order.config, repetitions=order.repetitions, watch=watch)], {})
+
+
 def _rollout_ticks(order: Order) -> int:
     return 3 * (order.repetitions + 1) + min(order.repetitions, _STARTS_AT_MOST)
 
@@ -102,6 +108,7 @@ SUITES: Final = {
     "seeds": Suite(("seeds",), (), lambda order: order.repetitions, _seeds),
     "fleets": Suite(("fleets", "cores"), (), lambda _: 3, _fleets),
     "described": Suite(("described",), (), lambda order: order.repetitions + 1, _described),
+    "gpu": Suite(("gpu",), (), lambda _: 3, _gpu),
     "peers": Suite(
         ("crosscheck", "peers"),
         (),

@@ -12,6 +12,7 @@ EXTRA_OF: Final = {
     "distributed": "sweep",
     "dm_control": "dm",
     "gymnasium": "gym",
+    "mujoco_warp": "warp",
     "pandas": "analysis",
     "pynwb": "export",
     "stable_baselines3": "sb3",

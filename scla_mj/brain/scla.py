@@ -72,14 +72,13 @@ class SclaBrain(Brain):
 
     def decide(self, percept: Percept) -> Decision:
         """Drive the sensed direction's population, or the motors that the automaton advises; most spikes win."""
-        advised = None
-        if percept.sensed is not None:
-            drive = self._sensory_drive[percept.sensed]
-        else:
-            advised = self.automata.draw(percept.cell)
-            drive = self._advice_drive[advised]
+        advised = None if percept.sensed is not None else self.automata.draw(percept.cell)
+        drive = self._sensory_drive[percept.sensed] if advised is None else self._advice_drive[advised]
         thought = self.network.advance(self._clock.thinking_steps, drive)
         self._thinking_counts, self._thinking_spikes = thought, self.network.spike_count
+        return self._decided(advised, thought)
+
+    def _decided(self, advised: Action | None, thought: NDArray[np.int64]) -> Decision:
         up, down, left, right = thought[len(SENSORY) : len(SENSORY) + len(MOTOR)].tolist()
         counts = (up, down, left, right)
         return Decision(self._busiest(counts), advised, counts)

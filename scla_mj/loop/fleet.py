@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import os
@@ -31,6 +32,8 @@ _CHUNKS_PER_THREAD: Final = 16
 """Moves take longer and shorter: a thread that is done early takes another chunk."""
 MOST_ROBOTS: Final = 100_000
 _InChunks: TypeAlias = Callable[[Callable[[int, int], None]], None]
+Bodies: TypeAlias = Callable[[CheckedConfig, int], Any]
+"""Makes bodies with `spawn(robot, cell, heading_rad)`, `drive(cells, directions)` and `qpos(robot)`."""
 
 
 class Came(NamedTuple):
@@ -52,7 +55,7 @@ class Fleet:
     Args:
         number: of robots.
         threads: how many drive them; None for one per core that this process may use.
-        body: whether there is any physics.
+        body: whether there is any physics; or what makes another, from the configuration and `number`.
 
     Attributes:
         cells: where the robots are, column and row from 1, shape (N, 2).
@@ -62,7 +65,9 @@ class Fleet:
             whole number from 1.
     """
 
-    def __init__(self, checked: CheckedConfig, number: int, *, threads: int | None = None, body: bool = True) -> None:
+    def __init__(
+        self, checked: CheckedConfig, number: int, *, threads: int | None = None, body: bool | Bodies = True
+    ) -> None:
         require_undisturbed(checked, "a fleet of robots")
         threads = _cores() if threads is None else threads
         for name, value in (("the number of robots", number), ("threads", threads)):
@@ -77,7 +82,8 @@ class Fleet:
         self._chunks = list(itertools.pairwise(np.linspace(0, number, chunks + 1).astype(int).tolist()))
         self._helpers = min(threads, chunks) - 1
         self._pool = ThreadPoolExecutor(self._helpers) if self._helpers else None
-        self._bodies: Any = _Bodies(checked, number, self.in_chunks) if body else _Twins(checked, number)
+        made = body if callable(body) else functools.partial(_Bodies, in_chunks=self.in_chunks) if body else _Twins
+        self._bodies: Any = made(checked, number)
         self._jump_at = [(epoch - 1) * per_epoch for epoch, _ in checked.jumps]
         self._cross_at = (task.crossed_epoch - 1) * per_epoch
         self.cells = np.ones((number, 2), np.int64)
@@ -164,7 +170,7 @@ class Fleet:
 
     def qpos(self, robot: int) -> NDArray[np.float64]:
         """Return MuJoCo's positions of one robot, which has a body; a copy."""
-        qpos: NDArray[np.float64] = self._bodies.data[robot].qpos.copy()
+        qpos: NDArray[np.float64] = self._bodies.qpos(robot)
         return qpos
 
     def in_chunks(self, work: Callable[[int, int], None]) -> None:
@@ -196,12 +202,12 @@ class _Bodies:
         grid, clock, config = checked.grid(), checked.clock, checked.config.controller
         self._world = world = World(grid, clock, robot_of(checked))
         self._model = model = world.model
-        self.data = [mujoco.MjData(model) for _ in range(number)]
-        self._views = [(d.qpos, d.qvel, d.ctrl, d.sensordata) for d in self.data]  # what addresses point to stays alive
-        self._warnings = [data.warning.number for data in self.data]
+        self._data = [mujoco.MjData(model) for _ in range(number)]
+        self._views = [(d.qpos, d.qvel, d.ctrl, d.sensordata) for d in self._data]  # kept alive for the addresses
+        self._warnings = [data.warning.number for data in self._data]
         self._table = np.array(
             [[data._address, *(view.ctypes.data for view in views)]
-             for data, views in zip(self.data, self._views, strict=True)], np.int64
+             for data, views in zip(self._data, self._views, strict=True)], np.int64
         )  # fmt: skip
         self._timestep_s = float(model.opt.timestep)
         self._steps = np.zeros(number, np.int64)
@@ -217,11 +223,15 @@ class _Bodies:
         self._row_count, self._in_chunks = clock.thinking_controls + limit, in_chunks
 
     def spawn(self, robot: int, cell: Cell, heading_rad: float) -> None:
-        data = self.data[robot]
+        data = self._data[robot]
         if any(self._warnings[robot].tolist()):
             mujoco.mj_resetData(self._model, data)
         mujoco.mj_setState(self._model, data, self._world.spawned(cell, heading_rad), _INTEGRATION)
         self._steps[robot] = 0
+
+    def qpos(self, robot: int) -> NDArray[np.float64]:
+        qpos: NDArray[np.float64] = self._data[robot].qpos.copy()
+        return qpos
 
     def drive(self, cells: NDArray[np.int64], driven: NDArray[np.int64]) -> Driven:
         def run(first: int, last: int) -> None:
@@ -235,7 +245,7 @@ class _Bodies:
 
     def _refuse_faults(self) -> None:
         fallen, elapsed_s = self._driven.fallen.tolist(), (self._steps * self._timestep_s).tolist()
-        for robot, (data, warnings) in enumerate(zip(self.data, self._warnings, strict=True)):
+        for robot, (data, warnings) in enumerate(zip(self._data, self._warnings, strict=True)):
             is_late = abs(data.time - elapsed_s[robot]) >= self._timestep_s / 2
             if not fallen[robot] and (is_late or any(warnings.tolist())):
                 raise SclaError(f"the physics of robot {robot} went wrong: use a smaller physics step")

@@ -77,6 +77,11 @@ def _column(x_m: float, cell_size_m: float, columns: int) -> int:
     return min(max(math.floor(x_m / cell_size_m + columns / 2) + 1, 1), columns)
 
 
+@leaf_njit(inline="always")
+def _neighbour(x: int, y: int, direction: int) -> tuple[int, int]:
+    return x + (direction == 3) - (direction == 2), y + (direction == 0) - (direction == 1)
+
+
 @cached_njit(caution, controller, motion, profile, perturbation, robot, odometry, of_one, nogil=True)
 def run_fleet(
     first: int,
@@ -104,7 +109,7 @@ def run_fleet(
     middle_x, middle_y = (width + 1) / 2, (height + 1) / 2
     for i in range(first, last):
         x, y, direction = cells[i, 0], cells[i, 1], driven[i]
-        to_x, to_y = x + (direction == 3) - (direction == 2), y + (direction == 0) - (direction == 1)
+        to_x, to_y = _neighbour(x, y, direction)
         goal = Goal((x - middle_x) * cell_size_m, (y - middle_y) * cell_size_m,
                     (to_x - middle_x) * cell_size_m, (to_y - middle_y) * cell_size_m)  # fmt: skip
         qpos, qvel = _doubles(table[i, 1], whole[2]), _doubles(table[i, 2], whole[3])
@@ -112,16 +117,58 @@ def run_fleet(
         body = Body(whole[0], table[i, 0], whole[1], at, qpos, qvel, ctrl, sensed, ending)
         stepped, status = drive(standing, limit, False, goal, gains, body, None, None, rows, 0)
         write_ending(body)
-        x_m, y_m = ending[0], ending[1]
-        stands = math.isfinite(x_m + y_m + ending[2]) and ending[4] == 1.0 and ending[3] >= UPRIGHT_COSINE
-        column, row = _column(x_m, cell_size_m, width), _column(y_m, cell_size_m, height)
-        is_open = 1 <= to_x <= width and 1 <= to_y <= height and open_cells[to_x - 1, to_y - 1]
-        moved = stands and status == ARRIVED and column == to_x and row == to_y
-        blocked = stands and status == RETURNED and column == x and row == y and not is_open
-        into.stepped[i], into.fallen[i] = stepped, not stands
-        into.periods[i], into.elapsed[i] = max(0, stepped - standing), max(stepped, standing)
-        into.outcome[i] = MOVED if moved else BLOCKED if blocked else FAILED
-        into.crossed[i] = crossed_in(rows, standing, stepped, goal) if moved else 0
-        into.after[i, 0], into.after[i, 1] = (column, row) if stands else (x, y)
-        into.off_m[i, 0] = x_m - (column - middle_x) * cell_size_m if stands else math.nan
-        into.off_m[i, 1] = y_m - (row - middle_y) * cell_size_m if stands else math.nan
+        crossed = crossed_in(rows, standing, stepped, goal)
+        _judge(i, (x, y), (to_x, to_y), ending, crossed, stepped, status, standing, open_cells, cell_size_m, into)
+
+
+@leaf_njit(inline="always")
+def _judge(
+    i: int,
+    cell: tuple[int, int],
+    to: tuple[int, int],
+    ending: NDArray[np.float64],
+    crossed: int,
+    stepped: int,
+    status: int,
+    standing: int,
+    open_cells: NDArray[np.bool_],
+    cell_size_m: float,
+    into: Driven,
+) -> None:
+    """Write what a move came to that ended so."""
+    (width, height), (x, y), (to_x, to_y) = open_cells.shape, cell, to
+    middle_x, middle_y = (width + 1) / 2, (height + 1) / 2
+    x_m, y_m = ending[0], ending[1]
+    stands = math.isfinite(x_m + y_m + ending[2]) and ending[4] == 1.0 and ending[3] >= UPRIGHT_COSINE
+    column, row = _column(x_m, cell_size_m, width), _column(y_m, cell_size_m, height)
+    is_open = 1 <= to_x <= width and 1 <= to_y <= height and open_cells[to_x - 1, to_y - 1]
+    moved = stands and status == ARRIVED and column == to_x and row == to_y
+    blocked = stands and status == RETURNED and column == x and row == y and not is_open
+    into.stepped[i], into.fallen[i] = stepped, not stands
+    into.periods[i], into.elapsed[i] = max(0, stepped - standing), max(stepped, standing)
+    into.outcome[i] = MOVED if moved else BLOCKED if blocked else FAILED
+    into.crossed[i] = crossed if moved else 0
+    into.after[i, 0], into.after[i, 1] = (column, row) if stands else (x, y)
+    into.off_m[i, 0] = x_m - (column - middle_x) * cell_size_m if stands else math.nan
+    into.off_m[i, 1] = y_m - (row - middle_y) * cell_size_m if stands else math.nan
+
+
+@cached_njit(motion, robot, of_one, nogil=True)
+def judge_fleet(
+    cells: NDArray[np.int64],
+    driven: NDArray[np.int64],
+    endings: NDArray[np.float64],
+    stepped: NDArray[np.int64],
+    status: NDArray[np.int64],
+    standing: int,
+    open_cells: NDArray[np.bool_],
+    cell_size_m: float,
+    into: Driven,
+) -> None:
+    """Judge moves that were driven elsewhere, and ended in `endings`, (N, 6), after so many periods, (N,)."""
+    for i in range(len(cells)):
+        x, y = cells[i, 0], cells[i, 1]
+        to, crossed = _neighbour(x, y, driven[i]), int(endings[i, 5])
+        _judge(
+            i, (x, y), to, endings[i], crossed, stepped[i], status[i], standing, open_cells, cell_size_m, into
+        )  # fmt: skip

@@ -39,26 +39,12 @@ class FleetSimulation:
         Raises:
             SclaError: the physics has gone wrong, or what a brain answered is no decision.
         """
-        fleet, brains = self.fleet, self.brains
+        fleet = self.fleet
         fleet.begin_decisions()
         before = self._percepts()
-        chosen: list[Decision | None] = [None] * len(brains)
-
-        def decide(first: int, last: int) -> None:
-            for robot in range(first, last):
-                chosen[robot] = brains[robot].decide(before[robot])
-
-        fleet.in_chunks(decide)
-        self.chosen = [decision for decision in chosen if decision is not None]
+        self.chosen = self._decide(before)
         came = fleet.act(np.array([decision.action for decision in self.chosen]))
-        feedbacks, durations_s = self._feedbacks(before, came), came.duration_s.tolist()
-
-        def learn(first: int, last: int) -> None:
-            for robot in range(first, last):
-                brains[robot].elapse(durations_s[robot])
-                brains[robot].learn(feedbacks[robot])
-
-        fleet.in_chunks(learn)
+        self._learn(self._feedbacks(before, came), came.duration_s.tolist())
         for robot in np.flatnonzero(came.hit | came.fallen).tolist():
             fleet.respawn(robot)
         self.decisions += 1
@@ -67,6 +53,25 @@ class FleetSimulation:
     def close(self) -> None:
         """End the threads."""
         self.fleet.close()
+
+    def _decide(self, before: list[Percept]) -> list[Decision]:
+        brains = self.brains
+        chosen: list[Decision | None] = [None] * len(brains)
+
+        def decide(first: int, last: int) -> None:
+            for robot in range(first, last):
+                chosen[robot] = brains[robot].decide(before[robot])
+
+        self.fleet.in_chunks(decide)
+        return [decision for decision in chosen if decision is not None]
+
+    def _learn(self, feedbacks: list[Feedback], durations_s: list[float]) -> None:
+        def learn(first: int, last: int) -> None:
+            for robot in range(first, last):
+                self.brains[robot].elapse(durations_s[robot])
+                self.brains[robot].learn(feedbacks[robot])
+
+        self.fleet.in_chunks(learn)
 
     def _percepts(self) -> list[Percept]:
         directions = (*ACTIONS, None)
