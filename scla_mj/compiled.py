@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import logging
+import secrets
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -13,6 +14,7 @@ from typing import Any, Final
 import numba
 import numpy as np
 from numba import njit
+from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from scla_mj.errors import SclaError
@@ -21,6 +23,11 @@ if numba.config.DISABLE_JIT:
     raise SclaError("NUMBA_DISABLE_JIT is set: the loops of scla_mj run only as compiled code; unset it")
 
 _LOG: Final = logging.getLogger(__name__)
+FunctionIdentity._unique_ids = iter(lambda: secrets.randbits(62), None)
+"""numba tells functions of one name, and records, apart by numbers that every process counts from 1. Two functions that
+two processes have compiled could have one name, and a third process, with both from the cache, run one for both."""
+_NAMING: Final = "random"
+"""What was kept under other names is not read."""
 _DIGEST_BYTES: Final = 32
 
 _BORROWING: Final = {"_nrt": False}
@@ -145,7 +152,7 @@ class _DigestedFiles(IndexDataCacheFile):  # type: ignore[misc]
 
     def _name(self, key: Any) -> str:
         config = numba.config
-        made_by = (numba.__version__, np.__version__, config.OPT, config.BOUNDSCHECK, config.DEBUGINFO_DEFAULT)
+        made_by = (_NAMING, numba.__version__, np.__version__, config.OPT, config.BOUNDSCHECK, config.DEBUGINFO_DEFAULT)
         text = repr((self._source_stamp, made_by, key))
         return str(self._data_name(int.from_bytes(_sha256(text.encode())[:8])))
 

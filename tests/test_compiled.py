@@ -2,6 +2,7 @@
 
 import importlib.util
 import logging
+import subprocess
 import sys
 
 import numba
@@ -48,6 +49,37 @@ def test_a_function_runs_where_no_cache_can_be_kept(tmp_path, nowhere):
 def test_compiled_code_is_kept_beside_the_source(tmp_path, nowhere):
     assert load(tmp_path).double(21) == 42
     assert len(list((tmp_path / "__pycache__").glob("source.double*.nbc"))) == 1
+
+
+RECURSIVE = """
+import sys
+
+import numpy as np
+from scla_mj.compiled import cached_njit, leaf_njit
+
+@leaf_njit()
+def summed(x, depth):
+    if depth < 1:
+        return len(x[0].cells)
+    return summed(x, depth - 1) + summed(x, depth - 2)
+
+@cached_njit()
+def double(x):
+    return summed(x, len(x) + 1)
+
+for size in sys.argv[1:]:
+    print(double(np.zeros(1, [("cells", float, int(size))])))
+"""
+
+
+def test_what_two_processes_have_compiled_stays_apart_in_a_third(tmp_path, nowhere):
+    (tmp_path / "sizes.py").write_text(RECURSIVE)
+
+    def said(*sizes):
+        words = [sys.executable, str(tmp_path / "sizes.py"), *sizes]
+        return subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
+
+    assert [said("3"), said("5"), said("3", "5")] == [["9"], ["15"], ["9", "15"]]
 
 
 def test_a_cache_that_names_a_type_which_is_gone_is_compiled_anew(tmp_path):
