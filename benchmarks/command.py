@@ -117,6 +117,7 @@ class Bench:
         if names != ["seeds"]:  # two seeds are whole runs, of any brain
             require_replayable(self.config)
         if self.gpu:
+            preflight.require_printed("--gpu", self.config)
             preflight.require_gpu("--gpu")
         if self.peers is not None:
             require_peers_python(self.peers)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import ctypes
 import importlib
+import logging
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.table import require_places
+from scla_mj.anatomy import NEURON_COUNT
+from scla_mj.checked import is_papers
+from scla_mj.config import RunConfig
 from scla_mj.errors import SclaError
 from scla_mj.extras import need
 
@@ -22,11 +26,25 @@ def require_gpu(option: str) -> None:
     need("mujoco_warp", option)
     try:
         ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")  # without it Warp would say so in its own way
-        found = importlib.import_module("warp").is_cuda_available()
+        warp = importlib.import_module("warp")
+        warp.config.log_level = logging.WARNING  # a line for each module that it compiles
+        found = warp.is_cuda_available()
     except OSError:
         found = False
     if not found:
         raise SclaError(f"{option} needs an NVIDIA GPU and its driver: there is no CUDA device here")
+
+
+def require_printed(option: str, config: RunConfig) -> None:
+    """Refuse a network that is not the printed one in its size and number format.
+
+    Raises:
+        SclaError: the configuration has another.
+    """
+    network = config.network
+    printed = network.precision == "float32" and network.neurons == NEURON_COUNT and network.runs_while_driving
+    if not (printed and is_papers(network, config.plasticity)):
+        raise SclaError(f"{option} has the printed network alone: of --network, give weights, drive and noise only")
 
 
 def require_new_file(option: str, file: Path) -> None:

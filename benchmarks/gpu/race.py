@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import statistics
 import time
 from collections.abc import Callable
@@ -63,7 +64,8 @@ class Took(NamedTuple):
 
 def measure(config: RunConfig, *, repetitions: int, watch: Watch) -> Sheet:
     """Time one decision of all robots at a time, on one core and on the current Warp device in turn."""
-    checked, turns = check(config), WARM_UP + TURNS * repetitions
+    checked = check(dataclasses.replace(config, brain="scla-printed"))
+    turns = WARM_UP + TURNS * repetitions
     actions = np.random.Generator(np.random.PCG64(config.seed)).integers(0, len(ACTIONS), (turns, MORE_ROBOTS))
     moves, alike = _moves(checked, actions[:, :ROBOTS])
     watch()

@@ -27,6 +27,8 @@ def test_without_a_gpu_the_bench_is_refused_in_one_sentence(capsys):
     assert main(["bench", "--gpu"]) == 2
     sentence = capsys.readouterr().err
     assert sentence.count("\n") == 1
+    assert main(["bench", "--gpu", "--network.precision", "float64"]) == 2
+    assert "has the printed network alone" in capsys.readouterr().err
     assert "pip install 'scla-mj[warp]'" in sentence or "--gpu needs an NVIDIA GPU" in sentence
 
 
