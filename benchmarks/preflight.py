@@ -7,6 +7,7 @@ import importlib
 import logging
 import os
 from collections.abc import Sequence
+from importlib import metadata
 from pathlib import Path
 
 from benchmarks.table import require_places
@@ -21,9 +22,12 @@ def require_gpu(option: str) -> None:
     """Refuse to go on without a GPU.
 
     Raises:
-        SclaError: mujoco_warp is not installed, or there is no CUDA device.
+        SclaError: mujoco_warp is not installed or not of MuJoCo's version, or there is no CUDA device.
     """
     need("mujoco_warp", option)
+    ours, its = (metadata.version(name).rpartition(".")[0] for name in ("mujoco", "mujoco-warp"))
+    if its != ours:
+        raise SclaError(f"{option} needs mujoco-warp of MuJoCo's own version: run pip install 'mujoco-warp=={ours}.*'")
     try:
         ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")  # without it Warp would say so in its own way
         warp = importlib.import_module("warp")

@@ -1,14 +1,17 @@
 """The bench on a GPU: its kernels come to what the CPU comes to. On Warp's CPU device here, where Warp is installed."""
 
 import ctypes
+import re
 
 import numpy as np
 import pytest
 
+from benchmarks import preflight
 from scla_mj.checked import check
 from scla_mj.cli.main import main
 from scla_mj.config import RunConfig
 from scla_mj.engine.build import simulate_fleet
+from scla_mj.errors import SclaError
 from scla_mj.loop import fleet
 from scla_mj.loop.fleet import Fleet
 
@@ -30,6 +33,13 @@ def test_without_a_gpu_the_bench_is_refused_in_one_sentence(capsys):
     assert main(["bench", "--gpu", "--network.precision", "float64"]) == 2
     assert "has the printed network alone" in capsys.readouterr().err
     assert "pip install 'scla-mj[warp]'" in sentence or "--gpu needs an NVIDIA GPU" in sentence
+
+
+def test_a_mujoco_warp_of_another_version_than_mujoco_is_refused_with_the_line_that_installs_the_right_one(monkeypatch):
+    monkeypatch.setattr(preflight, "need", lambda *_: None)
+    monkeypatch.setattr(preflight.metadata, "version", {"mujoco": "3.17.0", "mujoco-warp": "4.0.0"}.get)
+    with pytest.raises(SclaError, match=re.escape("run pip install 'mujoco-warp==3.17.*'")):
+        preflight.require_gpu("--gpu")
 
 
 @pytest.fixture
