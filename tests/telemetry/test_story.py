@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 from synthetic_run import open_recorder, record_run, records, snapshot
 
-from scla_mj.anatomy import Anatomy, stacked
+from scla_mj.anatomy import PAPER_ANATOMY, Anatomy, stacked
+from scla_mj.checked import check
+from scla_mj.config import RunConfig
 from scla_mj.grid import Action
-from scla_mj.signals import Outcome
+from scla_mj.signals import Outcome, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.reading.chunks import open_recording
+from scla_mj.telemetry.views.base import RecordedRun
 from scla_mj.telemetry.views.learned import is_pictured
+from scla_mj.telemetry.views.text import _about
 from scla_mj.telemetry.views.votes import _motors
 
 WINDOW_S = 0.05
@@ -104,3 +108,13 @@ def test_a_brain_has_views_only_of_what_it_has(tmp_path, run):
         kinds = {type(view).__name__: len(view.panels()) for view in recorder._views}
     assert kinds["WeightPicture"] == kinds["Potentials"] == 0 and kinds["Maps"] == 1  # its memory is not known
     assert kinds["Raster"] == 2
+
+
+def test_the_page_about_a_recording_names_the_run_and_speaks_of_nothing_that_its_brain_lacks():
+    parts = ("Spikes", "votes", "Arrows on the floor", "Weights", "Dopamine", "policy", "Greener")
+    paper = RecordedRun(check(RunConfig(seed=3)), None, PAPER_ANATOMY, snapshot(np.random.default_rng(0)))
+    page = _about(paper)
+    assert "`scla`, seed 3, 10 x 1000 decisions" in page
+    assert [part for part in parts if part not in page] == ["Greener"]
+    bare = _about(RecordedRun(check(RunConfig(brain="q-learning")), None, None, Snapshot()))
+    assert "`q-learning`" in bare and not [part for part in parts if part in bare]

@@ -15,7 +15,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from scla_mj.grid import Grid
+from scla_mj.grid import Cell, Grid
 from scla_mj.palette import BACKGROUND
 from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord, Snapshot
 from scla_mj.telemetry import names
@@ -26,8 +26,13 @@ _TRAIL_S: Final = 12.0
 _TRAIL_HEIGHT_M: Final = 0.006
 _TILE_THICKNESS_M: Final = 0.002
 _TILES: Final = f"{names.WORLD}/tiles"
+_NUMBERS: Final = f"{names.WORLD}/numbers"
 _TILE_COLOURS: Final = ((196, 200, 206), (178, 184, 192))
 _WORTH_COLOUR: Final = (56, 176, 112)
+_MOST_NUMBERS: Final = 12
+"""Columns or rows that still have room for a number each."""
+_NUMBERS_OUTSIDE: Final = 0.75
+"""How far outside of the outermost cells' centres the numbers stand, in cells."""
 _WORTH_SHARE: Final = 0.65
 """How far the best cell's tile is tinted."""
 
@@ -89,6 +94,7 @@ class Arena(base.View):
                 self.stream.log(path, mount, static=True)
         _log_geoms(self.stream, model, paths | {wheel: self._spin(wheel) for wheel in self._wheels})
         _log_tiles(self.stream, self.run.grid, coloured=not self._tinted)
+        _log_numbers(self.stream, self.run.grid)
         self.stream.log(_TRAIL, rr.LineStrips3D.from_fields(radii=[0.004]), static=True)
 
     def add(self, record: DecisionRecord, decision: int) -> None:
@@ -216,6 +222,25 @@ def _log_tiles(stream: rr.RecordingStream, grid: Grid, *, coloured: bool) -> Non
         fill_mode="solid",
     )
     stream.log(_TILES, tiles, static=True)
+
+
+def _log_numbers(stream: rr.RecordingStream, grid: Grid) -> None:
+    """Log the columns' numbers behind the arena and the rows' at its left."""
+    (columns, rows), beside_m = grid.cells, _NUMBERS_OUTSIDE * grid.cell_size_m
+    if max(columns, rows) > _MOST_NUMBERS:
+        return
+    left_m, back_m = grid.centre_m(Cell(1, rows))
+    behind = [(grid.centre_m(Cell(x, 1))[0], back_m + beside_m, 0.0) for x in range(1, columns + 1)]
+    left = [(left_m - beside_m, grid.centre_m(Cell(1, y))[1], 0.0) for y in range(1, rows + 1)]
+    numbers = rr.Points3D(
+        behind + left,
+        labels=[f"x = {x}" if x == 1 else str(x) for x in range(1, columns + 1)]
+        + [f"y = {y}" if y == 1 else str(y) for y in range(1, rows + 1)],
+        colors=[base.LABEL_COLOUR],
+        radii=[rr.Radius.ui_points(0.0)],
+        show_labels=True,
+    )
+    stream.log(_NUMBERS, numbers, static=True)
 
 
 def _rgba(model: Any, geom: int) -> NDArray[np.float64]:

@@ -86,6 +86,11 @@ class RecordedRun:
         """What the best policy earns in this epoch."""
         return self.checked.ceiling_hits_per_1000(self.epoch)
 
+    @property
+    def title(self) -> str:
+        """Brain, protocol and seed: what tells this run from others."""
+        return f"{self.config.brain.rpartition(':')[2]}, {self.config.protocol}, seed {self.config.seed}"
+
     def activity(self, record: DecisionRecord) -> Activity | None:
         """Return what the brain's neurons did, if it has any."""
         return None if self.anatomy is None else record.activity

@@ -44,7 +44,7 @@ class Hits(base.View):
     def _panel(self) -> rrb.TimeSeriesView:
         return base.curves(
             [f"/{_LEARNING}/**"],
-            "Hits per 1000 decisions",
+            f"Hits per 1000 decisions: {self.run.title}",
             axis_x=base.WHOLE_RUN,
             axis_y=rrb.ScalarAxis(range=(0.0, 1.2 * self.run.ceiling_hits_per_1000)),
             corner=rrb.Corner2D.RightBottom,

@@ -45,7 +45,7 @@ class Lanes(base.View):
         panel = rrb.Spatial2DView(
             origin="/",
             contents=[f"/{_LANES}/**", f"/{_NAMES}/**"],
-            name=f"Last {_SHOWN} decisions: what it senses, is advised, does; gold a hit, red a wall",
+            name=f"Last {_SHOWN} decisions; ends: gold a hit, blue a move, red a wall",
             visual_bounds=rrb.VisualBounds2D(x_range=[-_SHOWN, _NAMES_WIDTH], y_range=[-0.1, len(_ARROWS) + 1.1]),
             time_ranges=base.last(3.0 * _SHOWN),
             overrides={f"/{_NAMES}/{_ADVICE}": rrb.VisibleTimeRanges(so_far)},

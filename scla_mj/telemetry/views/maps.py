@@ -20,7 +20,7 @@ _MOST_LABELS: Final = 150
 """Cells of which each still has room for a number."""
 _LABEL_RISE: Final = 0.2
 """Rerun draws a label below its point: by about this part of a cell."""
-_PATCH: Final = 0.44
+_PATCH: Final = 0.5
 """Height of the dark patch behind a number, by a cell's: the light theme's labels are white on bright cells."""
 
 
@@ -59,7 +59,7 @@ class Maps(base.View):
         """Log how the maps look."""
         width, height = self._cells
         form = rr.components.ImageFormat(width=width, height=height, channel_datatype="U8", color_model="L")
-        bars = [[(x - 0.1, y), (x + 0.1, y)] for x, y in self._centres]
+        bars = [[(x - 0.13, y), (x + 0.13, y)] for x, y in self._centres]
         for entity, colormap in ((_VALUE, "viridis"), (_VISITS, "inferno")):
             if entity == _VISITS or self._has_values:
                 look = rr.DepthImage.from_fields(format=form, colormap=colormap, depth_range=[0, 255])

@@ -30,11 +30,11 @@ class Series(base.View):
         if not roles:
             return []
         first = MOTOR_ROLE if MOTOR_ROLE in roles else roles[0]
-        more = [self._rates(names.RATES, role, "while thinking") for role in roles if role != first]
-        more.append(self._rates(names.RATES_WHOLE, first, "in the whole decision"))
+        more = [self._rates(names.RATES, role, "") for role in roles if role != first]
+        more.append(self._rates(names.RATES_WHOLE, first, ", whole decision"))
         rates = [
-            base.Panel(base.Place.NOW_RIGHT, self._rates(names.RATES, first, "while thinking"), rank=3, share=2),
-            base.Panel(base.Place.BRAIN_RIGHT, self._rates(names.RATES, first, "while thinking"), rank=1),
+            base.Panel(base.Place.NOW_RIGHT, self._rates(names.RATES, first, " while thinking"), rank=3, share=2),
+            base.Panel(base.Place.BRAIN_RIGHT, self._rates(names.RATES, first, " while thinking"), rank=1),
             base.Panel(base.Place.BRAIN_RIGHT, rrb.Tabs(*more, name="More rates"), rank=4),
         ]
         if not self.run.projections:
@@ -112,4 +112,4 @@ class Series(base.View):
     def _rates(self, parent: str, role: str, when: str) -> rrb.TimeSeriesView:
         group = [population for population in self.run.populations if population.role == role]
         contents = [f"/{parent}/{population.name}" for population in group]
-        return base.scrolling_curves(contents, f"{role.capitalize() or 'Other'} rates {when}, Hz")
+        return base.scrolling_curves(contents, f"{role.capitalize() or 'Other'} rates{when}, Hz")

@@ -6,7 +6,10 @@ from typing import Final
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumnKind
 
+from scla_mj import __version__
+from scla_mj.anatomy import motors_of
 from scla_mj.config import Telemetry
 from scla_mj.grid import said
 from scla_mj.signals import DecisionRecord, Outcome
@@ -16,13 +19,24 @@ _ABOUT: Final = "about"
 _LOG: Final = "decisions/log"
 _KEPT: Final[dict[Telemetry, str]] = {"light": "the spikes of every thinking window", "full": "every spike"}
 
+_TRAIL: Final = """- **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump
+  into a wall."""
+_ARROWS: Final = """Arrows on the floor: how probable each action is in each cell, orange up, blue down, green left,
+  pink right."""
+_LAST_DECISIONS: Final = """- **Last decisions.** A column per decision: what it senses, what advises it, what it does;
+  a disc for how that ended."""
+_HOW_TO: Final = """- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
+- More: docs/recording.md.
+"""
+
 
 class Text(base.View):
     """The page about the recording, and the log."""
 
     def panels(self) -> list[base.Panel]:
         """Return both."""
-        log = rrb.TextLogView(origin=f"/{_LOG}", name="Log")
+        columns = rrb.TextLogColumns(text_log_columns=[TextLogColumnKind.LogLevel, TextLogColumnKind.Body])
+        log = rrb.TextLogView(origin=f"/{_LOG}", name="Log", columns=columns)
         about = rrb.TextDocumentView(origin=f"/{_ABOUT}", name="About")
         return [base.Panel(base.Place.LOG, log, rank=1), base.Panel(base.Place.LOG, about, rank=2)]
 
@@ -59,34 +73,54 @@ class Text(base.View):
         self.stream.log(_LOG, rr.TextLog(text, level=level))
 
 
-def _neurons(run: base.RecordedRun) -> str:
-    """Return what the page says of the brain's neurons, line by line."""
+def _about(run: base.RecordedRun) -> str:
+    """Return the page as Markdown: what it says of the views is what this brain has."""
+    columns, rows = run.grid.cells
+    plan = f"{run.config.epochs} x {run.config.decisions} decisions"
+    return f"""# A robot that learns to reach its target
+Brain `{run.config.brain.rpartition(":")[2]}`, seed {run.config.seed}, {plan}; scla_mj {__version__}.
+{columns} x {rows} cells of {run.grid.cell_size_m:g} m, {said(run.grid.targets)}; cell (1, 1) is at the lower left.
+Protocol `{run.config.protocol}`, where a shortest path earns {run.ceiling_hits_per_1000:.1f} hits in 1000 decisions.
+
+""" + "\n".join((_arena(run), _LAST_DECISIONS, *_neurons(run), _cells(run), _HOW_TO))
+
+
+def _arena(run: base.RecordedRun) -> str:
+    parts = [_TRAIL]
+    if run.memory.probabilities is not None:
+        parts.append(_ARROWS)
+    if motors_of(run.anatomy):
+        parts.append("Arrows above the cell where it decided: the votes of its motor populations.")
+    parts.append("A white beam: it senses the target.")
+    if run.memory.values is not None:
+        parts.append("Greener tiles: cells that it finds better.")
+    return " ".join(parts)
+
+
+def _neurons(run: base.RecordedRun) -> list[str]:
+    """Return what the page says of the brain's neurons."""
     if run.anatomy is None:
-        return ""
+        return []
     groups = [
         f"{role or 'others'}: {', '.join(own.name for own in run.anatomy.of_role(role))}"
         for role in {own.role: None for own in run.populations}
     ]
-    weights = ", ".join(f"{own.source} to {own.target}" for own in run.projections)
-    return (
-        f"- **Spikes.** A dot per spike, a row per neuron; from above, {'; '.join(groups)}.\n"
-        "  A frame closes round a thinking window once its move has ended, in the colour of how.\n"
-        + (f"- **Weights.** The mean of each projection: {weights}.\n" if weights else "")
-    )
+    lines = [
+        f"- **Spikes.** A dot per spike, a row per neuron; from above, {'; '.join(groups)}. A frame closes round a "
+        f"thinking window once its move has ended, in the colour of how. Kept: {_KEPT[run.config.telemetry]}."
+    ]
+    if run.anatomy.watched:
+        lines.append("- **Membrane potential** of some neurons, in the same windows; a spike reaches the top.")
+    if run.projections:
+        weights = ", ".join(f"{own.source} to {own.target}" for own in run.projections)
+        lines.append(
+            f"- **Weights.** The mean of each projection: {weights}. Their picture has a block per projection."
+        )
+        lines.append("- **Dopamine.** What each decision released, in the units of the learning rule.")
+    return lines
 
 
-def _about(run: base.RecordedRun) -> str:
-    """Return the page as Markdown."""
-    columns, rows = run.grid.cells
-    return f"""# A robot that learns to reach its target
-{columns} x {rows} cells of {run.grid.cell_size_m:g} m, {said(run.grid.targets)}.
-Protocol `{run.config.protocol}`, where a shortest path earns {run.ceiling_hits_per_1000:.1f} hits in 1000 decisions.
-Kept: {_KEPT[run.config.telemetry]} (telemetry `{run.config.telemetry}`).
-
-- **Arena.** The trail of the last moves: blue a move, gold one that reached the target, red a bump into a wall. Arrows
-  on the floor: how probable each action is in each cell, orange up, blue down, green left, pink right; over the robot:
-  the votes of its motor populations. A white beam: it senses the target. Greener tiles: cells that it finds better.
-- **Last decisions.** A column per decision: what it senses, is advised and does; a disc for how that ended.
-{_neurons(run)}- Drag the time cursor, or press space to play; the timeline can count decisions instead of seconds.
-- More: docs/recording.md.
-"""
+def _cells(run: base.RecordedRun) -> str:
+    value = "how good the brain finds each, " if run.memory.values is not None else ""
+    policy = ", and the policy" if run.memory.probabilities is not None else ""
+    return f"- **Cells from above.** Under Learning: {value}where the robot decided{policy}."

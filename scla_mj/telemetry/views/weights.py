@@ -46,10 +46,13 @@ class WeightPicture(base.View):
             return []
         height, width = self._shape
         paired = ", those that agree above" if "opposite" in self._groups else ""
+        ranges = {own.weight_range for own in self._projections}
+        span = next(iter(ranges)) if len(ranges) == 1 else None
+        shades = f", {span[0]:g} mV dark, {span[1]:g} mV bright" if span else ""
         count = sum(math.prod(own.shape) for own in self._projections)
         picture = rrb.Spatial2DView(
             origin=f"/{_PICTURE}",
-            name=f"All {count:,} weights{paired}: rows are presynaptic neurons, columns postsynaptic",
+            name=f"All {count:,} weights{shades}{paired}; a row per presynaptic neuron",
             visual_bounds=rrb.VisualBounds2D(x_range=[-_GAP, width + _GAP], y_range=[-_GAP, height + _GAP]),
             background=list(BACKGROUND),
         )
