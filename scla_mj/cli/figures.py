@@ -17,7 +17,7 @@ class Figures:
 
     With --out: hits and mean weights over the decisions on a log scale and a histogram of the weights (`learning`),
     the paper's Figure 3 (`weights`) and the policy. Runs that differ only in their seed give one line with the 95 %
-    interval of its mean. Without --out the pictures in the run folder are drawn anew.
+    interval of its mean (of two or three, their range). Without --out the pictures in the run folder are drawn anew.
     """
 
     paths: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]

@@ -1,6 +1,6 @@
 """Figures of one or of several runs for a paper: what they earned, their synapses, their policies.
 
-Runs that differ in nothing but the seed are one line with a band, the 95 % interval of their mean.
+Runs that differ in nothing but the seed are one line with a band: `statistics.band`.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from scla_mj.engine.stored_run import StoredRun
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.report.charts import DASHES, SERIES
-from scla_mj.experiments.report.wording import seeds_text
+from scla_mj.experiments.report.wording import band_text, seeds_text
 from scla_mj.experiments.sweeps.plan import titles
 from scla_mj.paths import BRAIN_NPZ, DECISIONS_PARQUET, SUMMARY_JSON
 from scla_mj.runs import drawing, plots
@@ -31,6 +32,10 @@ COLUMN_MM: Final = 85.0
 _POINTS: Final = 60
 """Of a band of weights: more than the eye parts on a log axis."""
 _BINS: Final = 40
+_KINDS: Final = ("the same direction", "opposite directions")
+"""What sensor and motor of a solid and of a dashed projection are of."""
+_KEY_SHARE: Final = 0.6
+"""Of the axis of a histogram, left free above it for its key."""
 _LEGEND_LETTERS: Final = 56
 _LONGEST_NAME: Final = 60
 _TAKEN: Final = "{} is already there: choose another folder for the figures, or remove it first"
@@ -48,9 +53,15 @@ class Group(NamedTuple):
         return self.runs[0]
 
     @property
+    def seeds(self) -> str:
+        """Which seeds, in words."""
+        seeds = [run.config.seed for run in self.runs]
+        return seeds_text(seeds) if len(seeds) > 1 else f"seed {seeds[0]}"
+
+    @property
     def setting(self) -> str:
         """Brain, protocol, arena and seeds in words."""
-        return plots.setting(self.first.summary, seeds_text([run.config.seed for run in self.runs]))
+        return plots.setting(self.first.summary, self.seeds)
 
     @property
     def has_weights(self) -> bool:
@@ -110,15 +121,15 @@ def _learning(groups: Sequence[Group]) -> Figure:
     alone = len(groups) == 1 and groups[0].has_weights
     with drawing.canvas(height_mm=62 if alone else 80, columns=3 if alone else 1) as (figure, grid):
         axes: Axes = grid[0, 0]
+        alike = len({group.seeds for group in groups}) == 1
         for index, group in enumerate(groups):
             x, curve = _hits(group)
-            seeds = "" if len(group.runs) == 1 else f", {len(group.runs)} seeds"
-            label = textwrap.fill(f"{group.label}{seeds}", _LEGEND_LETTERS, break_on_hyphens=False)
-            drawing.draw_line(axes, x, curve, SERIES[index % len(SERIES)], DASHES[index % len(DASHES)], label)
+            label = group.label if alike else f"{group.label}, {group.seeds}"
+            label = textwrap.fill(label, _LEGEND_LETTERS, break_on_hyphens=False)
+            look = SERIES[index % len(SERIES)], DASHES[index % len(DASHES)]
+            drawing.draw_line(axes, x, curve, *look, label, marked=True)
         plots.draw_bounds(axes, *(group.first.summary for group in groups))
-        common = [{getattr(group.first.config, name) for group in groups} for name in ("brain", "protocol")]
-        caption = groups[0].setting if len(groups) == 1 else ", ".join(one for one, *more in common if not more)
-        figure.suptitle(caption, fontsize=6.5, color=drawing.SOFT)
+        figure.suptitle(_caption(groups), fontsize=6.5, color=drawing.SOFT)
         if len(groups) > 1:
             figure.legend(loc="outside lower left", ncols=2, handlelength=2.6)
         if alone:
@@ -129,11 +140,24 @@ def _learning(groups: Sequence[Group]) -> Figure:
         return figure
 
 
+def _caption(groups: Sequence[Group]) -> str:
+    """Return what all groups share, and what their bands are."""
+    named = zip(*((*plots.parts(group.first.summary), group.seeds) for group in groups), strict=True)
+    shared = ", ".join(own[0] for own in named if len(set(own)) == 1)
+    return "; ".join(filter(None, (groups[0].setting if len(groups) == 1 else shared, _band(*groups))))
+
+
+def _band(*groups: Group) -> str:
+    """Return what the bands are, in words; empty where there are none."""
+    text = band_text(len(group.runs) for group in groups)
+    return text and f"band: {text}"
+
+
 def _hits(group: Group) -> tuple[drawing.Array, drawing.Curve]:
     hits = [run.decisions["hit"].to_numpy() for run in group.runs]
     edges = drawing.block_edges(min(map(len, hits)))
     blocks = np.array([drawing.block_hits(own, edges) for own in hits])
-    return drawing.block_middles(edges), statistics.learning_curve(blocks)
+    return drawing.block_middles(edges), statistics.band(blocks)
 
 
 def _draw_weights(axes: Axes, group: Group) -> None:
@@ -144,7 +168,7 @@ def _draw_weights(axes: Axes, group: Group) -> None:
     kept = np.unique(np.round(spaced).astype(int)) - 1
     means = np.array([history.mean_weights[kept] for history in histories])
     x = histories[0].decision[kept].astype(float)
-    drawing.draw_weights(axes, x, statistics.learning_curve(means), group.first.anatomy.projections)
+    drawing.draw_weights(axes, x, statistics.band(means), group.first.anatomy.projections)
     drawing.over_decisions(axes, plots.epoch_ends(group.first.summary))
 
 
@@ -153,7 +177,7 @@ def _draw_histogram(axes: Axes, group: Group) -> None:
     assert group.first.anatomy is not None
     projections = group.first.anatomy.projections
     dashed = [[projection.name for projection in projections if projection.dashed is kind] for kind in (False, True)]
-    kinds = dict(zip(("agreeing", "opposite"), dashed, strict=True)) if all(dashed) else {"": dashed[0] + dashed[1]}
+    kinds = dict(zip(_KINDS, dashed, strict=True)) if all(dashed) else {"": dashed[0] + dashed[1]}
     weights = [group.first.anatomy.by_projection(run.brain.weights) for run in group.runs]
     ends = [end for projection in projections for end in projection.weight_range or ()]
     ends += [end(own[projection.name]) for own in weights for projection in projections for end in (np.min, np.max)]
@@ -166,18 +190,23 @@ def _draw_histogram(axes: Axes, group: Group) -> None:
         values = np.concatenate([own[name].ravel() for own in weights for name in names]).astype(float)
         axes.hist(values, bins, weights=np.full(len(values), 100.0 / max(len(values), 1)), label=kind, **look)
     axes.set_yscale("log")
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high * (10 if len(kinds) > 1 else 1))  # room for the key
     axes.set_xlabel("weight (mV)")
     axes.set_ylabel("share of synapses (%)")
     if len(kinds) > 1:
-        axes.legend(loc="upper center", ncols=2, handlelength=1.2, columnspacing=1.0)
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high * (high / low) ** _KEY_SHARE)
+        axes.yaxis.set_major_locator(FixedLocator([10.0**power for power in range(-9, 3)]))  # none above 100 %
+        axes.yaxis.set_minor_locator(NullLocator())
+        axes.legend(title="sensor and motor of", loc="upper left", handlelength=1.2, alignment="left", fontsize=6.5,
+                    title_fontsize=6.5, borderaxespad=0.0)  # fmt: skip
 
 
 def _weights(group: Group) -> Figure:
     with drawing.canvas(width_mm=130, height_mm=75) as (figure, grid):
         _draw_weights(grid[0, 0], group)
-        plots.entitle(figure, "Mean weights", group.setting)
+        assert group.first.anatomy is not None
+        title = f"Mean weights of the projections{plots.dashes(group.first.anatomy.projections)}"
+        plots.entitle(figure, title, group.setting, _band(group))
         return figure
 
 
@@ -189,7 +218,8 @@ def _policy(group: Group) -> Figure:
         shades = drawing.draw_policy(grid[0, 0], arena, mean)
         grid[0, 0].set(xlabel="x", ylabel="y")
         figure.colorbar(shades, ax=grid[0, 0], label="probability", shrink=0.85)
-        plots.entitle(figure, "Action probabilities of the cells", group.setting)
+        mean_of = f", mean over {len(group.runs)} seeds" if len(group.runs) > 1 else ""
+        plots.entitle(figure, f"Action probabilities of the cells{mean_of}", group.setting, drawing.POLICY_KEY)
         return figure
 
 

@@ -29,6 +29,8 @@ MASTERY: Final = 0.9
 """The share of the ceiling that counts as having learned."""
 WINDOW_DECISIONS: Final = 200
 """Decisions over which that share must be earned: 80 expected hits at the paper's ceiling of 400."""
+LEAST_SEEDS: Final = 4
+"""Of an interval that is drawn: a bootstrap's ends lie within the values, too close where they are fewer."""
 SEED: Final = 20_07
 """Any fixed number: one quantity has one interval wherever it is shown."""
 
@@ -121,6 +123,16 @@ def learning_curve(epochs: Array, *, rng: np.random.Generator | None = None) -> 
     columns = epochs.reshape(len(epochs), -1).T
     estimates = np.array([estimate(column, rng=rng) for column in columns])
     return Curve(*estimates.T.reshape(3, *epochs.shape[1:]))
+
+
+def band(values: Array) -> Curve:
+    """Return the mean over seeds of (seeds, ...) and what a figure shows around it.
+
+    That is the interval, or of fewer seeds than `LEAST_SEEDS` their range.
+    """
+    if 1 < len(values) < LEAST_SEEDS:
+        return Curve(values.mean(axis=0), values.min(axis=0), values.max(axis=0))
+    return learning_curve(values)
 
 
 def percent_of_ceiling(hits_per_1000: Array, ceilings: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -43,8 +44,14 @@ _SHORTEST_BLOCK: Final = 25
 _LONGEST_BLOCK: Final = 1000
 _BLOCK_GROWTH: Final = 0.26
 """Of the decisions so far: ten blocks over a factor of ten."""
-_SHORTEST_ARROW: Final = 0.05
-"""A mean step shorter than this, in cells, is drawn as no arrow: it would be a speck."""
+BLOCKS: Final = f"in blocks of {_SHORTEST_BLOCK} to {_LONGEST_BLOCK} decisions"
+_APART: Final = 0.1
+"""Of the logarithms of two points whose marks do not run into one another."""
+_LEAST_PROBABLE: Final = 0.3
+"""Of an action with an arrow: more than one of four that are equally probable has."""
+POLICY_KEY: Final = f"star: target; arrows: actions above {_LEAST_PROBABLE}"
+LETTER_MM: Final = 1.5
+"""Of small text, at most."""
 
 _NAMED_EPOCHS: Final = (1, 3, 10, 30, 100, 300, 1000)
 _DATED: Final[dict[Kind, tuple[str, ...]]] = {
@@ -140,7 +147,11 @@ def over_decisions(axes: Axes, epoch_ends: Sequence[int], first: float = 1.0) ->
     axes.set_xlim(first, last)
     axes.set_xlabel("decision (log scale)")
     top = axes.secondary_xaxis("top")
-    named = [number for number in _NAMED_EPOCHS if number <= len(epoch_ends) and epoch_ends[number - 1] >= first]
+    count = len(epoch_ends)
+    named = [number for number in _NAMED_EPOCHS if number <= count and epoch_ends[number - 1] >= first]
+    mm_per_decade = axes.bbox.width / axes.figure.dpi * MM_PER_INCH / math.log10(last / first)
+    if named and mm_per_decade * math.log10(last / epoch_ends[named[-1] - 1]) > LETTER_MM * (len(str(count)) + 1):
+        named.append(count)  # there is room for it
     top.set_xticks(
         [epoch_ends[number - 1] for number in named],
         [str(number) if n else f"epoch {number}" for n, number in enumerate(named)],
@@ -152,11 +163,15 @@ def over_decisions(axes: Axes, epoch_ends: Sequence[int], first: float = 1.0) ->
     top.xaxis.set_minor_formatter(NullFormatter())
 
 
-def draw_line(axes: Axes, x: Array, curve: Curve, colour: str, dash: Any = "-", label: str = "") -> None:
-    """Draw a curve (n,) over `x` (n,) with its band; few points are marked."""
-    marker = "o" if len(x) < 8 else None
+def draw_line(
+    axes: Axes, x: Array, curve: Curve, colour: str, dash: Any = "-", label: str = "", *, marked: bool = False
+) -> None:
+    """Draw a curve (n,) over `x` (n,) with its band; few points are marked, `marked` all that a log axis parts."""
+    few = len(x) < 8
+    apart = np.flatnonzero(np.diff(np.log(x), prepend=-np.inf) > _APART).tolist() if marked and not few else None
     mean, low, high = curve
-    axes.plot(x, mean, color=colour, ls=dash, lw=1.3, marker=marker, ms=3, label=label, zorder=3)
+    axes.plot(x, mean, color=colour, ls=dash, lw=1.3, marker="o" if few or marked else None, ms=3 if few else 2.2,
+              markevery=apart, label=label, zorder=3)  # fmt: skip
     if not np.isnan(low).all():
         axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0)
 
@@ -187,8 +202,8 @@ def draw_weights(axes: Axes, x: Array, curve: Curve, projections: Sequence[Proje
 def draw_policy(axes: Axes, grid: Grid, probabilities: Array) -> PolyCollection:
     """Draw a map of action probabilities (W, H, 4), indexed by x - 1, y - 1 and action; return what a colour bar needs.
 
-    Every cell is quartered, one quarter per action, darker where it is more probable; an arrow is the cell's mean step.
-    Targets are stars, closed cells are grey.
+    Every cell is quartered, one quarter per action, darker where it is more probable; those above `_LEAST_PROBABLE`
+    have an arrow. Targets are stars, closed cells are grey.
     """
     width, height = grid.cells
     cells = [cell for cell in grid.open_cells() if cell not in grid.targets]
@@ -223,10 +238,11 @@ def _quarter(x: int, y: int, action: Action) -> list[tuple[float, float]]:
 
 
 def _draw_arrows(axes: Axes, grid: Grid, probabilities: Array) -> None:
-    """Draw every cell's mean step: the longer, the more certain."""
+    """Draw an arrow for every probable action: the longer, the more probable."""
     cells = np.array([cell for cell in grid.open_cells() if cell not in grid.targets])
-    steps = probabilities[cells[:, 0] - 1, cells[:, 1] - 1] @ np.array([action.step for action in Action])
-    drawn = np.linalg.norm(steps, axis=1) > _SHORTEST_ARROW
-    axes.quiver(*cells[drawn].T, *steps[drawn].T, pivot="mid", angles="xy", scale_units="xy", scale=1.5, units="xy",
-                width=0.08, headwidth=3.2, headlength=3.2, headaxislength=2.8, minlength=0.0, zorder=3, color=_ARROW,
-                edgecolor="white", linewidth=0.5)  # fmt: skip
+    chosen, actions = np.nonzero(probabilities[cells[:, 0] - 1, cells[:, 1] - 1] > _LEAST_PROBABLE)
+    cells, steps = cells[chosen], np.array([action.step for action in Action])[actions]
+    lengths = steps * probabilities[cells[:, 0] - 1, cells[:, 1] - 1, actions][:, None]
+    axes.quiver(*(cells + 0.26 * steps).T, *lengths.T, pivot="mid", angles="xy", scale_units="xy", scale=2.5,
+                units="xy", width=0.07, headwidth=3.2, headlength=3.2, headaxislength=2.8, minlength=0.0, zorder=3,
+                color=_ARROW, edgecolor="white", linewidth=0.5)  # fmt: skip

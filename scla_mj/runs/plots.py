@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -17,7 +18,11 @@ from scla_mj.grid import Grid, said
 from scla_mj.paths import LEARNING_PNG, POLICY_PNG, WEIGHTS_PNG
 from scla_mj.runs.atomic import replacing
 from scla_mj.runs.drawing import (
+    BLOCKS,
     INK,
+    LETTER_MM,
+    MM_PER_INCH,
+    POLICY_KEY,
     SOFT,
     block_edges,
     block_hits,
@@ -49,7 +54,7 @@ def plot_learning(folder: Path, summary: Summary, hits: NDArray[np.bool_]) -> No
     with canvas(width_mm=130, height_mm=75) as (figure, grid):
         axes: Axes = grid[0, 0]
         edges = block_edges(len(hits))
-        draw_line(axes, block_middles(edges), of_one_run(block_hits(hits, edges)), HITS)
+        draw_line(axes, block_middles(edges), of_one_run(block_hits(hits, edges)), HITS, marked=True)
         draw_bounds(axes, summary)
         _write(figure, folder / LEARNING_PNG, "Hits per 1000 decisions", summary)
 
@@ -75,7 +80,7 @@ def draw_bounds(axes: Axes, *summaries: Summary) -> None:
                       va="center", ha="left", fontsize=6.5, color=colour, annotation_clip=False)  # fmt: skip
     over_decisions(axes, max(map(epoch_ends, summaries), key=lambda ends: sum(ends[-1:])), first=4)
     axes.set_ylim(0, 1.08 * max([*highest, *axes.dataLim.intervaly]))
-    axes.set_ylabel("hits per 1000 decisions")
+    axes.set_ylabel(f"hits per 1000 decisions\n{BLOCKS}")
     axes.grid(axis="y")
 
 
@@ -96,9 +101,13 @@ def plot_weights(folder: Path, curve: WeightCurve, projections: Sequence[Project
         axes: Axes = grid[0, 0]
         draw_weights(axes, curve.decision.astype(float), of_one_run(curve.mean_weights), projections)
         over_decisions(axes, epoch_ends(summary))
-        papers = tuple(projection.name for projection in projections) == PROJECTION_NAMES
-        agree = " (dashed: opposite directions)" if papers else ""
-        _write(figure, folder / WEIGHTS_PNG, f"Mean weights of the projections{agree}", summary)
+        _write(figure, folder / WEIGHTS_PNG, f"Mean weights of the projections{dashes(projections)}", summary)
+
+
+def dashes(projections: Sequence[Projection]) -> str:
+    """Return what a title adds of the paper's projections."""
+    papers = tuple(projection.name for projection in projections) == PROJECTION_NAMES
+    return " (dashed: opposite directions)" if papers else ""
 
 
 def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], summary: Summary) -> None:
@@ -116,29 +125,35 @@ def plot_policy(folder: Path, grid: Grid, probabilities: NDArray[np.float64], su
         axes.set_xlabel("x")
         axes.set_ylabel("y")
         figure.colorbar(shades, ax=axes, label="probability", shrink=0.85)
-        _write(figure, folder / POLICY_PNG, "Action probabilities of the cells", summary)
+        _write(figure, folder / POLICY_PNG, "Action probabilities of the cells", summary, POLICY_KEY)
 
 
-def _write(figure: Figure, path: Path, title: str, summary: Summary) -> None:
+def _write(figure: Figure, path: Path, title: str, summary: Summary, key: str = "") -> None:
     """Write the PNG under a title, and below it the setting of the run."""
-    entitle(figure, title, setting(summary))
+    entitle(figure, title, setting(summary), key)
     with replacing(path) as scratch:
         save(figure, scratch)
 
 
-def entitle(figure: Figure, title: str, below: str) -> None:
-    """Put a title above all, and what it is of below it."""
+def entitle(figure: Figure, title: str, *below: str) -> None:
+    """Put a title above all, and below it the lines of what it is of."""
+    letters = int(figure.get_figwidth() * MM_PER_INCH / LETTER_MM)
+    lines = "\n".join(textwrap.fill(line, letters) for line in below if line)
     figure.suptitle(title, fontsize=8, weight="bold")
-    figure.axes[0].set_title(below, fontsize=6.5, weight="normal", loc="center", color=SOFT)
+    figure.axes[0].set_title(lines, fontsize=6.5, weight="normal", loc="center", color=SOFT)
 
 
 def setting(summary: Summary, seeds: str = "") -> str:
     """Return a run's brain, protocol, arena and seed in words; `seeds` in place of its own."""
+    return ", ".join((*parts(summary), seeds or f"seed {summary.seed}")) + crossed(summary)
+
+
+def parts(summary: Summary) -> tuple[str, ...]:
+    """Return a run's brain, protocol, grid and targets in words."""
     (width, height), where = summary.cells, said((summary.target, *summary.others))
     jumps = any(epoch.ceiling_hits_per_1000 != summary.ceiling_hits_per_1000 for epoch in summary.epochs)
     where += ", which jumps" if jumps else ""
-    own = seeds or f"seed {summary.seed}"
-    return f"{summary.brain}, {summary.protocol}, {width}×{height} cells, {where}, {own}{crossed(summary)}"
+    return summary.brain, summary.protocol, f"{width}×{height} cells", where
 
 
 def crossed(summary: Summary) -> str:

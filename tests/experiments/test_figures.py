@@ -8,10 +8,11 @@ import pytest
 from PIL import Image
 
 import scla_mj
-from scla_mj.anatomy import Anatomy, Projection, stacked
+from scla_mj.anatomy import PAPER_ANATOMY, Anatomy, Projection, stacked
 from scla_mj.cli.main import main
 from scla_mj.config import ControllerConfig, TaskConfig
 from scla_mj.errors import SclaError
+from scla_mj.experiments import statistics
 from scla_mj.experiments.figures import _draw_histogram, draw_runs
 from scla_mj.runs.drawing import canvas
 from scla_mj.signals import Snapshot
@@ -59,8 +60,8 @@ def test_runs_of_other_settings_are_lines_of_their_own_and_no_file_is_overwritte
     words = ["figures", *map(str, runs), "--out", str(tmp_path), "--formats", "svg"]
     assert main(words) == 0
     text = (tmp_path / "learning.svg").read_text(encoding="utf-8")
-    assert "brain automaton, 2 seeds<" in text and "brain random, wheels crossed from epoch 2<" in text
-    assert ">any-start<" in text, "what all have in common"
+    assert "brain automaton, 2 seeds (0 to 1)<" in text and "brain random, wheels crossed from epoch 2, seed 0<" in text
+    assert ">any-start, 5×5 cells, target (3, 3); band: range of 2 runs<" in text, "what all have in common"
     assert main(words) == 2
     assert "learning.svg is already there" in capsys.readouterr().err
     assert (tmp_path / "learning.svg").read_text(encoding="utf-8") == text
@@ -94,6 +95,18 @@ def test_every_line_has_its_own_ceiling_and_chance(runs, tmp_path):
     assert named == ["ceiling 1000", "chance 333.3", "ceiling 400", "chance 31.58"]
 
 
+def test_a_band_is_an_interval_only_of_as_many_seeds_as_give_one(tmp_path):
+    for seed in range(4):
+        config = scla_mj.RunConfig(brain="random", seed=seed, epochs=2, decisions=40, telemetry="off")
+        scla_mj.rollout(config, tmp_path / str(seed), pictures=False)
+    several = [[tmp_path / str(seed) for seed in range(count)] for count in (1, 3, 4)]
+    one, few, enough = _drawn(*several, tmp_path / "out")
+    assert "target (3, 3), seed 0<" in one and "3 seeds (0 to 2); band: range of 3 runs<" in few
+    assert "band: 95 % interval of the mean over 4 seeds<" in enough
+    hits = np.array([[100.0, 3.0], [200.0, 1.0], [900.0, 2.0]])
+    assert [list(end) for end in statistics.band(hits)] == [[400.0, 2.0], [100.0, 1.0], [900.0, 3.0]]
+
+
 def test_long_names_of_settings_leave_each_line_its_own_file(runs, tmp_path):
     folders = [tmp_path / name for name in ("short", "long")]
     for folder, timeout_s in zip(folders, (8.0, 9.0), strict=True):
@@ -114,6 +127,19 @@ def test_every_weight_of_every_brain_is_in_the_histogram():
         (steps,) = grid[0, 0].patches
     at, share = steps.get_xy().T
     assert (at.min(), at.max(), share.max()) == (-2.0, 70.0, pytest.approx(100 / 3))
+
+
+def test_the_key_of_a_histogram_lies_in_its_panel_and_above_all_bars():
+    rng = np.random.Generator(np.random.PCG64(0))
+    spread = {p.name: rng.normal(1.0 + 2.0 * (not p.dashed), 0.3, p.shape) for p in PAPER_ANATOMY.projections}
+    run = SimpleNamespace(anatomy=PAPER_ANATOMY, brain=Snapshot(spread))
+    with canvas(height_mm=62, columns=3) as (figure, grid):
+        axes = grid[0, 2]
+        _draw_histogram(axes, SimpleNamespace(first=run, runs=[run]))
+        figure.draw_without_rendering()
+        key, panel = axes.get_legend().get_window_extent(), axes.get_window_extent()
+        assert panel.x0 <= key.x0 < key.x1 <= panel.x1 and key.y1 <= panel.y1
+        assert key.y0 > max(bars.get_window_extent().y1 for bars in axes.patches)
 
 
 def test_a_figure_that_cannot_be_finished_leaves_no_part_of_its_file(runs, tmp_path, monkeypatch):

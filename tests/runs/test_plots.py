@@ -3,6 +3,7 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.quiver import Quiver
 from PIL import Image
 
 from scla_mj.anatomy import PROJECTIONS
@@ -18,8 +19,10 @@ from scla_mj.runs.drawing import (
     block_hits,
     block_middles,
     canvas,
+    draw_policy,
     draw_weights,
     of_one_run,
+    over_decisions,
 )
 from scla_mj.runs.plots import CEILING, CHANCE, HITS, plot_learning, plot_policy, plot_weights
 from scla_mj.runs.summary import epoch_summary
@@ -116,6 +119,25 @@ def test_the_policys_dark_quarter_lies_where_the_action_leads(tmp_path):
         step = np.array([columns[inside].mean() - centre_x, centre_y - rows[inside].mean()]) / pixels_per_cell
         assert step @ action.step == pytest.approx(1 / 3, abs=0.08)  # a triangle's centroid
         assert abs(step @ Action(3 - action).step) < 0.05
+
+
+def test_an_arrow_points_at_an_action_and_never_between_two():
+    probabilities = np.full((5, 5, 4), 0.25)
+    probabilities[0, 0] = [0.5, 0.5, 0.0, 0.0]
+    with canvas(height_mm=50) as (_, grid):
+        draw_policy(grid[0, 0], PAPER, probabilities)
+        (arrows,) = (each for each in grid[0, 0].collections if isinstance(each, Quiver))
+    first, second = (Action(number).step for number in (0, 1))
+    assert np.allclose(np.column_stack([arrows.U, arrows.V]), 0.5 * np.array([first, second]))
+
+
+@pytest.mark.parametrize(("ends", "named"), [([150, 300], "epoch 1 2"), ([1000, 2000, 3000], "epoch 1 3"),
+                                             ([1000 * n for n in range(1, 12)], "epoch 1 3 10")])  # fmt: skip
+def test_the_last_epoch_is_named_where_there_is_room(ends, named):
+    with canvas(height_mm=50) as (_, grid):
+        over_decisions(grid[0, 0], ends)
+        (top,) = grid[0, 0].child_axes
+        assert " ".join(label.get_text() for label in top.get_xticklabels()) == named
 
 
 def test_the_same_data_give_the_same_bytes(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from scla_mj.experiments import statistics
 from scla_mj.experiments.experiment import Experiment
 from scla_mj.experiments.report.evidence import Array, Evidence
 from scla_mj.experiments.report.tables import INTERVAL, measured, number
@@ -15,6 +16,15 @@ def seeds_text(seeds: Sequence[int]) -> str:
     gapless = len(ordered) > 1 and ordered == list(range(ordered[0], ordered[-1] + 1))
     listed = f"{ordered[0]} to {ordered[-1]}" if gapless else ", ".join(map(str, ordered))
     return f"{len(ordered)} seed{'s' if len(ordered) != 1 else ''} ({listed})"
+
+
+def band_text(counts: Iterable[int]) -> str:
+    """Return what `statistics.band` is of groups of so many seeds; empty if each has one."""
+    several = {count for count in counts if count > 1}
+    few = {count for count in several if count < statistics.LEAST_SEEDS}
+    kinds = {f"95 % interval of the mean over {_either([*several - few])} seeds": several - few,
+             f"range of {_either([*few])} runs": few}  # fmt: skip
+    return ", ".join(text for text, own in kinds.items() if own)
 
 
 def distinct(items: Iterable[Evidence]) -> list[Evidence]:
@@ -52,14 +62,18 @@ def _bounds(items: Sequence[Evidence]) -> str:
 def scale_text(experiments: Sequence[Experiment]) -> str:
     """Return the scale of some experiments in words: seeds, epochs and decisions, a range where they differ."""
     scales = [(len(each.seeds), each.config.epochs, each.config.decisions) for each in experiments]
-    seeds, epochs, decisions = (_several(own).replace(" and ", " or ") for own in zip(*scales, strict=True))
+    seeds, epochs, decisions = map(_either, zip(*scales, strict=True))
     seed, epoch = ("" if count == "1" else "s" for count in (seeds, epochs))
     return f"{seeds} seed{seed} and {epochs} epoch{epoch} of {decisions} decisions"
 
 
-def _several(values: Sequence[float], form: str = "{}") -> str:
+def _several(values: Sequence[float], form: str = "{}", both: str = " and ") -> str:
     distinct = list(dict.fromkeys(form.format(value) for value in sorted(values)))
-    return " and ".join(distinct) if len(distinct) < 3 else f"{distinct[0]} to {distinct[-1]}"
+    return both.join(distinct) if len(distinct) < 3 else f"{distinct[0]} to {distinct[-1]}"
+
+
+def _either(values: Sequence[int]) -> str:
+    return _several(values, both=" or ")
 
 
 def mean_text(values: Array, decimals: int) -> str:
