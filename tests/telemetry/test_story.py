@@ -6,16 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rerun as rr
 from synthetic_run import open_recorder, record_run, records, snapshot
 
 from scla_mj.anatomy import PAPER_ANATOMY, Anatomy, stacked
 from scla_mj.checked import check
-from scla_mj.config import RunConfig
+from scla_mj.config import GridConfig, RunConfig, TaskConfig
 from scla_mj.grid import Action
 from scla_mj.signals import Outcome, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.reading.chunks import open_recording
 from scla_mj.telemetry.views.base import RecordedRun
+from scla_mj.telemetry.views.hits import Hits
 from scla_mj.telemetry.views.learned import is_pictured
 from scla_mj.telemetry.views.text import _about
 from scla_mj.telemetry.views.votes import _motors
@@ -118,3 +120,11 @@ def test_the_page_about_a_recording_names_the_run_and_speaks_of_nothing_that_its
     assert [part for part in parts if part not in page] == ["Greener"]
     bare = _about(RecordedRun(check(RunConfig(brain="q-learning")), None, None, Snapshot()))
     assert "`q-learning`" in bare and not [part for part in parts if part in bare]
+
+
+def test_the_learning_curve_has_room_for_the_best_ceiling_where_the_target_jumps():
+    jumps = check(RunConfig(grid=GridConfig(target=(1, 1)), task=TaskConfig(jump_epoch=2, jump_target=(3, 3))))
+    first, second = (jumps.ceiling_hits_per_1000(epoch) for epoch in (1, 2))
+    view = Hits(rr.RecordingStream("test"), RecordedRun(jumps, None, None, Snapshot()))
+    ((_, top),) = view.panels()[0].content.properties["ScalarAxis"].range.as_arrow_array().to_pylist()
+    assert top > second > first

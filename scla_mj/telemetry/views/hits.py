@@ -42,11 +42,13 @@ class Hits(base.View):
         ]
 
     def _panel(self) -> rrb.TimeSeriesView:
+        checked = self.run.checked
+        ceiling = max(checked.ceiling_hits_per_1000(epoch) for epoch in (1, *(begin for begin, _ in checked.jumps)))
         return base.curves(
             [f"/{_LEARNING}/**"],
             f"Hits per 1000 decisions: {self.run.title}",
             axis_x=base.WHOLE_RUN,
-            axis_y=rrb.ScalarAxis(range=(0.0, 1.2 * self.run.ceiling_hits_per_1000)),
+            axis_y=rrb.ScalarAxis(range=(0.0, 1.2 * ceiling)),
             corner=rrb.Corner2D.RightBottom,
         )
 
