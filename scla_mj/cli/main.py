@@ -37,6 +37,8 @@ COMMANDS: Final = {
     "bench": Bench,
 }
 
+_KEEP_NOTHING: Final = frozenset({"inspect", "render", "view"})
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code.
@@ -70,7 +72,8 @@ def _run(words: list[str]) -> int:
     except KeyboardInterrupt as stop:
         number = stop.args[0] if isinstance(stop, Terminated) else signal.SIGINT
         how = {signal.SIGINT: "interrupted", HANGUP: "the terminal was closed"}.get(number, "terminated")
-        print(f"scla-mj: {how}; what was complete is on disk", file=sys.stderr)
+        kept = "" if _KEEP_NOTHING.issuperset(words[:1]) else "; what was complete is on disk"
+        print(f"scla-mj: {how}{kept}", file=sys.stderr)
         return 128 + int(number)
 
 

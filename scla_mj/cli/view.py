@@ -16,7 +16,7 @@ from scla_mj.errors import SclaError
 
 @dataclass(frozen=True)
 class View:
-    """Open a run in Rerun's viewer, all parts of its recording (docs/viewing.md); ends when the viewer is closed."""
+    """Open a run in Rerun's viewer, all parts of its recording (docs/viewing.md), until you close it or Ctrl-C."""
 
     path: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """A run folder that `scla-mj rollout` wrote."""
@@ -29,6 +29,8 @@ class View:
     """With --mujoco, the decision to start with, counted over the run from 1; by default the first."""
     speed: float = 1.0
     """With --mujoco, simulated seconds per second."""
+    stay: bool = True
+    """With --mujoco, keep the window at the last pose until you close it; --no-stay closes it there."""
 
     @terminable()
     def run(self) -> int:
@@ -53,7 +55,7 @@ class View:
             from scla_mj.render.film import span_of
             from scla_mj.render.replay import replay
 
-            replay(run, span_of(run, self.first, run.decisions.num_rows, None), speed=self.speed)
+            replay(run, span_of(run, self.first, run.decisions.num_rows, None), speed=self.speed, stay=self.stay)
             return 0
         if run.is_complete and not in_progress:
             code = open_files(parts)
@@ -66,6 +68,6 @@ class View:
     def _check(self) -> None:
         if self.follow and self.mujoco:
             raise SclaError("--follow is for Rerun's viewer: leave out --mujoco or --follow")
-        if not self.mujoco and (self.first is not None or self.speed != 1.0):
-            raise SclaError("--from and --speed are for --mujoco: Rerun's viewer has a time line of its own")
+        if not self.mujoco and (self.first is not None or self.speed != 1.0 or not self.stay):
+            raise SclaError("--from, --speed and --no-stay are for --mujoco: Rerun's viewer has a time line of its own")
         require_speed(self.speed)

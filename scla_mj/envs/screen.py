@@ -2,42 +2,35 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from typing import Any, Final
+from typing import Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from scla_mj.environment import require_display
 from scla_mj.world.arena import place_targets
+from scla_mj.world.window import open_window
 from scla_mj.world.world import World
 
 _FRAME_S: Final = 0.04
-_PATIENCE_S: Final = 10.0
 _STATE: Final = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 
 class Window:
-    """Shows a world in data of its own, at the pace of its control periods.
+    """Shows a world in data of its own, at the pace of its control periods, until its `close` is called.
 
     Raises:
         SclaError: there is no display.
     """
 
     def __init__(self, world: World, camera: str, period_s: float) -> None:
-        # MuJoCo's viewer would end the process without one.
-        require_display('render_mode "human"', 'choose "rgb_array"')
-        from mujoco import viewer
-
         self._stride = max(1, round(_FRAME_S / period_s))
         self._world, self._period_s = world, period_s
         self._model = world.drawable_model()
         self._data = mujoco.MjData(self._model)
-        before = set(threading.enumerate())
-        self._viewer: Any = viewer.launch_passive(self._model, self._data, show_left_ui=False, show_right_ui=False)
-        self._threads = set(threading.enumerate()) - before
+        what, instead = 'render_mode "human"', 'choose "rgb_array"'
+        self._viewer, self.close = open_window(self._model, self._data, what, instead)
         with self._viewer.lock():
             self._viewer.cam.type = mujoco.mjtCamera.mjCAMERA_FIXED
             self._viewer.cam.fixedcamid = self._model.camera(camera).id
@@ -62,9 +55,3 @@ class Window:
             mujoco.mj_forward(self._model, self._data)
             self._viewer.sync()
             time.sleep(pause_s)
-
-    def close(self) -> None:
-        """Close the window, and wait for its thread: one that still draws as Python ends would end it with a crash."""
-        self._viewer.close()
-        for thread in self._threads:
-            thread.join(_PATIENCE_S)

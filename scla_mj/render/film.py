@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -13,10 +14,10 @@ from scla_mj.engine.stored_run import StoredRun
 from scla_mj.errors import SclaError
 from scla_mj.grid import Grid
 from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB
-from scla_mj.render.overlay import Overlay
+from scla_mj.render.overlay import WINDOWS, Overlay
 from scla_mj.render.poses import Poses, stored_poses
 from scla_mj.render.video import require_encoder, write_frames
-from scla_mj.runs.atomic import replacing
+from scla_mj.runs.atomic import replacing, writing
 from scla_mj.signals import Outcome
 from scla_mj.world.arena import compose, place_targets
 from scla_mj.world.picture import Scene
@@ -48,17 +49,23 @@ def span_of(run: StoredRun, first: int | None, last: int | None, epoch: int | No
         SclaError: the run has not made them.
     """
     made, length = run.decisions.num_rows, run.config.decisions
+    if not made:
+        raise SclaError(f"{run.path} has made no decision yet")
     if epoch is not None and first is not None:
         raise SclaError("--epoch and --from are both given: leave one out")
-    start = first if epoch is None else (epoch - 1) * length + 1
-    start = 1 if start is None else start
+    for option, given, most, what in (
+        ("--epoch", epoch, -(-made // length), "epochs"),
+        ("--from", first, made, "decisions"),
+        ("--to", last, made, "decisions"),
+    ):
+        if given is not None and not 1 <= given <= most:
+            raise SclaError(f"{option} is {given}: {run.path} has made {what} 1 to {most}")
+    start = (first or 1) if epoch is None else (epoch - 1) * length + 1
     stop = min(start + SHOWN_BY_DEFAULT - 1, made) if last is None else last
-    if last is not None and last < start <= made:
+    if stop < start:
         raise SclaError(
             f"--to {last} is before decision {start}, the first to show: give a later one, or an earlier --from"
         )
-    if not 1 <= start <= stop <= made:
-        raise SclaError(f"decisions {start} to {stop} cannot be shown: {run.path} has made 1 to {made}")
     return range(start, stop + 1)
 
 
@@ -75,13 +82,16 @@ def make_film(
     taken = "" if overwrite else f"{file} is there already: choose another name, or --overwrite"
     if file.exists() and not overwrite:
         raise SclaError(taken)
+    with writing(file, folder="FILE"):
+        tempfile.TemporaryFile(dir=file.parent).close()  # before minutes of drawing
     model = drawn_model(run)
-    poses, spikes = stored_poses(run, decisions, model)
+    known = _with_history(run, decisions)
+    poses, spikes = stored_poses(run, known, model)
     last = int(poses.decision[-1])
     if last < decisions.stop - 1 and not run.is_complete:
         raise SclaError(f"{run.path} is unfinished and its recording ends with decision {last}: give --to {last}")
-    frames = Frames(run, decisions, poses, film, model)
-    overlay = Overlay(run, decisions, spikes, film.size) if film.overlay else None
+    frames = Frames(run, known, poses, film, model)
+    overlay = Overlay(run, known, spikes, film.size) if film.overlay else None
     times_s = frame_times(run, decisions, poses, film)
     if file.suffix.lower() == ".png":
         times_s = times_s[-1:]
@@ -98,6 +108,13 @@ def make_film(
     finally:
         frames.close()
     return len(times_s)
+
+
+def _with_history(run: StoredRun, decisions: range) -> range:
+    """Return some decisions with those before that the trail and the raster of the first frame have to show."""
+    times_s = run.decisions["time_s"].to_numpy()
+    trail = int(np.searchsorted(times_s, times_s[decisions.start - 1] - _TRAIL_S, side="right"))
+    return range(max(1, min(trail, decisions.start - WINDOWS)), decisions.stop)
 
 
 def drawn_model(run: StoredRun) -> Any:

@@ -12,13 +12,15 @@ from scla_mj.engine.stored_run import StoredRun
 from scla_mj.palette import BACKGROUND, HIT_COLOUR, RGB, population_colours
 from scla_mj.telemetry.reading.series import DecisionSpikes
 
-_WINDOWS: Final = 12
+WINDOWS: Final = 12
 """Decision windows that the raster shows side by side."""
 _RASTER: Final = (0.36, 0.24)
 """Its share of a frame's width and height."""
 _SHADE: Final = 0.75
 _TEXT: Final[RGB] = (245, 245, 245)
 _LINES_PER_FRAME: Final = 26
+_ROUNDING_S: Final = 1e-6
+"""A decision's last pose and the end that its start and duration sum to differ in their last digits."""
 
 
 class Overlay:
@@ -27,6 +29,7 @@ class Overlay:
     def __init__(self, run: StoredRun, decisions: range, spikes: DecisionSpikes | None, size: tuple[int, int]) -> None:
         table = run.decisions
         self._rows = table.slice(decisions.start - 1, len(decisions)).to_pylist()
+        self._first = decisions.start
         self._begun_s = np.array([row["time_s"] for row in self._rows])
         self._window_s = run.checked.clock.thinking_window_s
         self._ends_s = self._begun_s + self._window_s + np.array([row["duration_s"] for row in self._rows])
@@ -50,11 +53,11 @@ class Overlay:
 
     def _lines(self, number: int, time_s: float) -> list[tuple[str, RGB]]:
         row = self._rows[number]
-        ended = zip(self._rows, self._ends_s <= time_s, strict=True)
+        ended = zip(self._rows, self._ends_s <= time_s + _ROUNDING_S, strict=True)
         hits = sum(other["hit"] for other, over in ended if over and other["epoch"] == row["epoch"])
         hits += self._hits_before if row["epoch"] == self._epoch else 0
         lines = [
-            (f"epoch {row['epoch']}   decision {row['decision']}   {time_s:.1f} s", _TEXT),
+            (f"decision {self._first + number} (epoch {row['epoch']})   {time_s:.1f} s", _TEXT),
             (f"{hits} hits in this epoch", HIT_COLOUR),
         ]
         if time_s >= self._begun_s[number] + self._window_s:
@@ -83,6 +86,6 @@ class Overlay:
         inset = frame[-height - round(margin) : -round(margin), -width - round(margin) : -round(margin)]
         inset[:] = _SHADE * np.array(BACKGROUND) + (1 - _SHADE) * inset
         spike_s, place, at, colour = self._raster
-        x = place - (number + 1 - _WINDOWS)
+        x = place - (number + 1 - WINDOWS)
         shown = (spike_s <= time_s) & (x >= 0)
-        inset[(at[shown] * height).astype(int), (x[shown] / _WINDOWS * width).astype(int)] = colour[shown]
+        inset[(at[shown] * height).astype(int), (x[shown] / WINDOWS * width).astype(int)] = colour[shown]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import shlex
 from collections.abc import Callable
 from typing import Any, Final
@@ -19,6 +20,7 @@ from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord
 from scla_mj.telemetry.reading.series import DecisionSpikes, recorded_poses
 from scla_mj.world.robot import PREFIX, Addresses, locate, robot_of
 
+_LOG: Final = logging.getLogger(__name__)
 _TIME: Final = TRAJECTORY_COLUMNS.index("time_s")
 _ROOT: Final = slice(TRAJECTORY_COLUMNS.index("x_m"), TRAJECTORY_COLUMNS.index("qz") + 1)
 _WHEELS: Final = [TRAJECTORY_COLUMNS.index(f"wheel_{side}_rad") for side in ("left", "right")]
@@ -95,6 +97,8 @@ def _simulated_again(run: StoredRun, decisions: range, model: Any) -> tuple[Pose
     if run.config.brain not in BRAINS:
         again = f"scla-mj rollout NEW --config {shlex.quote(str(run.path))} --telemetry light --brain ..."
         raise SclaError(f"{run.path} has no recording, and its brain is code of its own: `{again}` records it")
+    last = decisions.stop - 1
+    _LOG.info("%s has no recording: decisions 1 to %d are simulated again", run.path, last)
     simulation, at = simulate(run.config), locate(model, robot_of(run.checked))
     actions = run.decisions["action"].to_pylist()
     records: list[DecisionRecord] = []

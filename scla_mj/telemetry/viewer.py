@@ -7,6 +7,7 @@ them; for as long as that happens the run's recorder writes every second, instea
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import os
 import re
@@ -22,6 +23,7 @@ from scla_mj import paths
 from scla_mj.environment import hidden, require_display
 from scla_mj.telemetry.reading.frames import HEADER_BYTES, whole_bytes
 
+_LOG: Final = logging.getLogger(__name__)
 _LOOK_EVERY_S: Final = 0.1
 _WRITE_EVERY_S: Final = 1.0
 """Some 250 decisions: shorter columns make a larger file."""
@@ -53,6 +55,8 @@ def follow(folder: Path, is_over: Callable[[], bool]) -> int:
     threading.Thread(target=_keep_at_the_end, args=(viewer.stderr,), daemon=True).start()
     with contextlib.suppress(BrokenPipeError), viewer.stdin:
         feed(folder, viewer.stdin, lambda: viewer.poll() is not None or is_over())
+        if viewer.poll() is None:
+            _LOG.info("%s is over; the viewer stays open until you close it", folder)
     return viewer.wait()
 
 
@@ -88,9 +92,10 @@ def feed(folder: Path, viewer: IO[bytes], is_over: Callable[[], bool]) -> None:
 
 def _keep_at_the_end(log: IO[bytes]) -> None:
     """Read what the viewer logs, which names its port, and let it follow what comes: a recording opens at its start."""
-    for line in log:
-        if port := _PORT.search(line):
-            threading.Thread(target=_let_follow, args=(int(port[1]),), daemon=True).start()
+    with log:
+        for line in log:
+            if port := _PORT.search(line):
+                threading.Thread(target=_let_follow, args=(int(port[1]),), daemon=True).start()
 
 
 def _let_follow(port: int) -> None:

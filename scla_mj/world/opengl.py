@@ -50,13 +50,13 @@ def _choices() -> Iterator[str]:
         yield asked
     elif sys.platform == "darwin":
         yield "cgl"
-    if has_display() and _opens_windows():
+    if has_display() and opens_windows():
         yield "glfw"
     if sys.platform.startswith("linux"):
         yield from without_display()
 
 
-def _opens_windows() -> bool:
+def opens_windows() -> bool:
     """Return whether glfw can: a context of its without a window would end the process."""
     import glfw
 

@@ -40,6 +40,16 @@ def test_a_finished_run_opens_all_its_parts_on_loopback_alone(started, tmp_path)
     assert command[-1] == str(tmp_path / "run" / "recording.rrd")
 
 
+def test_an_interrupted_viewer_speaks_of_no_files_since_it_writes_none(tmp_path, monkeypatch, capsys):
+    def interrupted(parts):
+        raise KeyboardInterrupt
+
+    rollout(SMALL, tmp_path / "run", pictures=False)
+    monkeypatch.setattr("scla_mj.telemetry.viewer.open_files", interrupted)
+    assert main(["view", str(tmp_path / "run")]) == 130
+    assert capsys.readouterr().err == "scla-mj: interrupted\n"
+
+
 def test_watching_starts_one_viewer_after_the_first_decision_and_changes_no_bit(started, tmp_path):
     watched, alone = tmp_path / "watched", tmp_path / "alone"
     options = ["--brain", "random", "--epochs", "1", "--decisions", "3"]

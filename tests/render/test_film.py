@@ -1,6 +1,5 @@
 """A film shows what the recording holds: the robot where it was, frame by frame, without a display."""
 
-import contextlib
 import dataclasses
 import shutil
 import sys
@@ -13,7 +12,8 @@ from PIL import Image
 from scla_mj import RunConfig, load_run, rollout, simulate
 from scla_mj.cli.main import main
 from scla_mj.config import TaskConfig
-from scla_mj.render.film import Film, Frames, drawn_model, frame_times
+from scla_mj.render.film import Film, Frames, _with_history, drawn_model, frame_times
+from scla_mj.render.overlay import Overlay
 from scla_mj.render.poses import stored_poses
 from scla_mj.render.replay import replay
 from scla_mj.render.video import write_frames
@@ -47,6 +47,25 @@ def test_the_robot_is_where_it_was_exactly_at_the_ends_of_decisions_and_nearly_b
         assert np.mean(apart_m) < 2e-4
         wheels = poses.at(rows[-1, 0])[7:9] - rows[-1, 8:10]
         assert np.abs(np.sin(wheels / 2)).max() < 1e-5
+
+
+def test_the_end_of_a_decision_counts_the_hit_that_it_shows(run):
+    poses, _ = stored_poses(run, range(1, 31), drawn_model(run))
+    overlay = Overlay(run, range(1, 31), None, (320, 240))
+    hits = np.cumsum(run.decisions["hit"].to_pylist())
+    for decision in range(1, 31):
+        end_s = np.nextafter(poses.time_s[poses.decision == decision].max(), 0)  # as a sum may round it
+        (where, _), (counted, _), *_ = overlay._lines(decision - 1, end_s)
+        assert where.startswith(f"decision {decision} (epoch 1)")
+        assert counted == f"{hits[decision - 1]} hits in this epoch"
+
+
+def test_the_first_frame_has_the_trail_and_the_spikes_of_the_decisions_before(run):
+    times_s = run.decisions["time_s"].to_numpy()
+    known = _with_history(run, range(25, 27))
+    assert known.stop == 27 and known.start <= 25 - 11
+    assert times_s[known.start - 1] <= times_s[24] - 12
+    assert _with_history(run, range(3, 5)) == range(1, 5)
 
 
 def test_a_robot_that_is_put_down_elsewhere_is_never_seen_on_the_way(run):
@@ -124,15 +143,16 @@ def test_a_gif_lasts_as_long_as_its_frames(fps, tmp_path):
 def test_mujocos_viewer_shows_the_target_where_it_is_in_each_epoch(tmp_path, monkeypatch):
     task = TaskConfig(jump_epoch=2, jump_target=(1, 5))
     rollout(RunConfig(brain="random", epochs=2, decisions=2, task=task), tmp_path / "run", pictures=False)
-    run, seen, shown = load_run(tmp_path / "run"), [], SimpleNamespace(is_running=lambda: True)
+    run, seen, shown = load_run(tmp_path / "run"), [], SimpleNamespace(is_running=lambda: True, close=lambda: None)
 
     def launch(model, data, **how):
         shown.sync = lambda: seen.append(tuple(data.geom("target_disc").xpos[:2].round(6)))
-        return contextlib.nullcontext(shown)
+        return shown
 
     monkeypatch.setattr("mujoco.viewer", SimpleNamespace(launch_passive=launch), raising=False)
+    monkeypatch.setattr("scla_mj.world.window.opens_windows", lambda: True)
     monkeypatch.setenv("DISPLAY", ":0")
-    replay(run, range(1, 5), speed=1000.0)
+    replay(run, range(1, 5), speed=1000.0, stay=False)
     assert set(seen) == {run.checked.grid(epoch).centre_m(run.checked.grid(epoch).target) for epoch in (1, 2)}
 
 
@@ -140,8 +160,11 @@ def test_mujocos_viewer_shows_the_target_where_it_is_in_each_epoch(tmp_path, mon
     ("words", "sentence"),
     [
         (["film.avi"], "must end in .mp4, .gif or .png"),
-        (["film.png", "--from", "29", "--to", "31"], "decisions 29 to 31 cannot be shown"),
-        (["film.png", "--epoch", "2"], "cannot be shown"),
+        (["film.png", "--from", "29", "--to", "31"], "--to is 31: "),
+        (["film.png", "--from", "31"], "--from is 31: "),
+        (["film.png", "--from", "0"], "has made decisions 1 to 30\n"),
+        (["film.png", "--epoch", "2"], "has made epochs 1 to 1\n"),
+        (["nodir/film.png"], "cannot write "),
         (["film.gif", "--from", "9", "--to", "3"], "--to 3 is before decision 9, the first to show"),
         (["film.mp4", "--size", "161", "120"], "both must be even for .mp4"),
         (["film.png", "--size", "4000", "3000"], "cannot be drawn: at most"),

@@ -2,6 +2,7 @@
 
 import io
 import os
+import subprocess
 import threading
 import warnings
 
@@ -48,6 +49,14 @@ def test_a_viewer_gets_every_decision_of_every_part_once_and_nothing_that_is_not
     assert sorted(hits_of(seen)) == list(range(1, 61))
     assert seen.read_bytes().count(b"RRF2") == 1
     assert not (in_two_parts / WATCHED).exists()
+
+
+def test_following_says_when_the_run_is_over_for_the_viewer_stays_open(in_two_parts, monkeypatch, caplog):
+    how = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+    monkeypatch.setattr(viewer, "_start", lambda *words, **_: subprocess.Popen(["cat"], **how))
+    with caplog.at_level("INFO"):
+        assert viewer.follow(in_two_parts, lambda: True) == 0
+    assert caplog.messages == [f"{in_two_parts} is over; the viewer stays open until you close it"]
 
 
 def test_a_viewer_gets_what_a_growing_file_has_whole_and_the_rest_when_it_is_there(in_two_parts, tmp_path):

@@ -1,4 +1,4 @@
-"""What needs a display, under a virtual one: MuJoCo's window and dm_control's viewer show robots that move."""
+"""What needs a display, under a virtual one: MuJoCo's window and dm_control's viewer show robots that move, and end."""
 
 import os
 import shutil
@@ -49,12 +49,30 @@ assert np.abs(places[-1] - places[0]).max() > 0.001
 print("shown")
 """
 
+REPLAY = """
+import os
+import signal
+import sys
+import threading
+
+from scla_mj.cli.main import main
+
+assert main(["rollout", "RUN", "--brain", "random", "--epochs", "1", "--decisions", "2", "--telemetry", "off"]) == 0
+replay = ["view", "RUN", "--mujoco", "--speed", "1000"]
+assert main([*replay, "--no-stay"]) == 0
+for number in (signal.SIGINT, signal.SIGTERM):
+    threading.Timer(2.0, os.kill, (os.getpid(), number)).start()
+    assert main(replay) == 128 + number  # nothing else ends what stays at its last pose
+print("shown")
+"""
+
 
 @pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="no virtual display: xvfb-run is not installed")
-@pytest.mark.parametrize("program", [HUMAN, VIEWER], ids=["human", "dm_control.viewer"])
-def test_under_a_virtual_display_the_windows_open_show_the_robot_and_close(program):
-    pytest.importorskip("dm_control.viewer" if program is VIEWER else "gymnasium")
+@pytest.mark.parametrize("program", [HUMAN, VIEWER, REPLAY], ids=["human", "dm_control.viewer", "replay"])
+def test_under_a_virtual_display_the_windows_open_show_the_robot_and_close(program, tmp_path):
+    if program is not REPLAY:
+        pytest.importorskip("dm_control.viewer" if program is VIEWER else "gymnasium")
     command = ["xvfb-run", "-a", sys.executable, "-c", program]
     ours = {name: value for name, value in os.environ.items() if name not in ("MUJOCO_GL", "PYOPENGL_PLATFORM")}
-    done = subprocess.run(command, env=ours, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, env=ours, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert (done.returncode, done.stdout.split()[-1:]) == (0, ["shown"]), done.stderr[-2000:]
