@@ -52,4 +52,19 @@ class Figures:
             files = draw_runs(self.paths, self.out, kinds=self.formats)
         for file in files:
             print(f"Drawn:  {file}")
+        for line in filter(None, dict.fromkeys(map(_not_drawn, self.paths))):
+            print(line)
         return 0
+
+
+def _not_drawn(path: Path) -> str:
+    """Return which figures a run's brain has nothing for, and why; empty if it has all."""
+    from scla_mj.engine.stored_run import StoredRun
+
+    run = StoredRun(path)
+    lacks = {
+        "weights (no synapses that change)": run.brain.weights is None or run.anatomy is None,
+        "policy (no action probabilities)": run.brain.probabilities is None,
+    }
+    names = ", ".join(name for name, lacking in lacks.items() if lacking)
+    return names and f"Not drawn for {run.config.brain}: {names}"

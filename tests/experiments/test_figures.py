@@ -62,6 +62,7 @@ def test_runs_of_other_settings_are_lines_of_their_own_and_no_file_is_overwritte
     text = (tmp_path / "learning.svg").read_text(encoding="utf-8")
     assert "brain automaton, 2 seeds (0 to 1)<" in text and "brain random, wheels crossed from epoch 2, seed 0<" in text
     assert ">any-start, 5×5 cells, target (3, 3); band: range of 2 runs<" in text, "what all have in common"
+    assert "Not drawn for automaton: weights (no synapses that change)\n" in capsys.readouterr().out
     assert main(words) == 2
     assert "learning.svg is already there" in capsys.readouterr().err
     assert (tmp_path / "learning.svg").read_text(encoding="utf-8") == text
