@@ -82,10 +82,10 @@ class Sweep:
                 checkpoint_period_s=self.checkpoint_period_s,
             )
         from scla_mj.cli.output import wide_console
-        from scla_mj.cli.tables import sweep_table
+        from scla_mj.cli.tables import sweep_key, sweep_table
 
         wide_console().print(sweep_table(table))
-        print("Hits of the last epoch; % of ceiling of the settled epochs (95 % interval over seeds)")
+        print(sweep_key(table))
         print(f"The table:  {table}\nThe figure:  {table.with_suffix('.png')}")
         return 0
 

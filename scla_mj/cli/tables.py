@@ -92,6 +92,20 @@ def sweep_table(file: Path) -> Table:
     return table
 
 
+def sweep_key(file: Path) -> str:
+    """Return what the last two columns of `sweep_table` are."""
+    import pyarrow.parquet as pq
+
+    from scla_mj.experiments import statistics
+    from scla_mj.experiments.report.wording import averaged_text
+
+    rows = pq.read_table(file, columns=["settled_from_epoch", "epochs", "seeds"]).to_pylist()
+    span = averaged_text((row["settled_from_epoch"], row["epochs"]) for row in rows)
+    few = any(1 < len(row["seeds"]) < statistics.LEAST_SEEDS for row in rows)
+    narrow = f", too narrow of fewer than {statistics.LEAST_SEEDS}" if few else ""
+    return f"Hits of the last epoch; % of ceiling: {span} (95 % interval over seeds{narrow})"
+
+
 def files_table(folder: Path) -> Table:
     """Return what the run folder holds."""
     table = Table()

@@ -22,7 +22,9 @@ from scla_mj.engine.rollout import rollout
 from scla_mj.errors import SclaError
 from scla_mj.experiments import statistics
 from scla_mj.experiments.campaign import run_folder
-from scla_mj.experiments.sweeps.gather import _column, write_table
+from scla_mj.experiments.report.study import gather
+from scla_mj.experiments.report.wording import averaged_text
+from scla_mj.experiments.sweeps.gather import _column, chart, write_table
 from scla_mj.experiments.sweeps.plan import Plan, configurations, grouped, read_plan, text
 from scla_mj.experiments.sweeps.sweep import sweep
 
@@ -189,6 +191,18 @@ def test_the_table_has_a_row_for_every_configuration_with_intervals_over_its_see
             earned = 1000 * sum(decisions["hit"].to_pylist()) / 36
             assert sum(row["hits_per_1000_by_seed_and_epoch"][seed]) / 3 == pytest.approx(earned)
     assert (tmp_path / "sweep.png").read_bytes().startswith(b"\x89PNG")
+    items = gather(tmp_path, experiments).evidence
+    label = "percent of ceiling, settled epochs 2 to 3\nband: range of 2 or 3 runs"
+    assert chart(items).axes[0].get_ylabel() == label
+    (key,) = chart(items[3:5]).legends
+    assert [text.get_text() for text in key.get_texts()] == ["each run", "mean; bar: range of 3 runs", "chance"]
+
+
+def test_epochs_are_called_settled_only_where_others_came_before_them():
+    spans = [statistics.settled_span(epochs) for epochs in (1, 2, 3, 30)]
+    said = [averaged_text([span]) for span in spans]
+    assert said == ["epoch 1", "epochs 1 to 2", "settled epochs 2 to 3", "settled epochs 11 to 30"]
+    assert averaged_text(spans[1:3]) == "epochs 1 to 2 or epochs 2 to 3"
 
 
 @pytest.fixture
@@ -250,7 +264,7 @@ def test_workers_with_other_versions_are_refused(tmp_path, monkeypatch, threads)
 def test_the_page_does_what_it_says(tmp_path, monkeypatch, threads, capsys):
     monkeypatch.chdir(tmp_path)
     page = (Path(__file__).parents[2] / "docs/sweeps.md").read_text(encoding="utf-8")
-    page = page.replace("--seeds 5 --epochs 3 --decisions 500", "--seeds 2 --epochs 1 --decisions 5")
+    page = page.replace("--seeds 5 --epochs 3 --decisions 500", "--seeds 4 --epochs 3 --decisions 2")
     (command,) = re.findall(r"^    scla-mj (sweep runs/rates .*)$", page, re.MULTILINE)
     plan, (table, many) = (
         re.findall(r"```toml\n(.*?)```", page, re.DOTALL),

@@ -179,27 +179,42 @@ def ablations(key: str, items: Sequence[Evidence], study: Study) -> Figure:
     }  # fmt: skip
     titles, protocols, _, means, ends, baselines, chances = zip(*rows, strict=True)
     named = [f"{title}, {protocol}" for title, protocol in zip(titles, protocols, strict=True)]
-    chart = draw_dots(named, *map(np.array, (means, ends, chances, baselines)))
+    shown = "with this setting: mean and 95 % interval"
+    arrays = map(np.array, (means, ends, chances, baselines))
+    chart = draw_dots(named, *arrays, quantity="percent of ceiling, settled", mean=shown)
     return Figure(key, columns, rows, setting(*items), chart=chart)
 
 
 def draw_dots(
-    labels: Sequence[str], values: Array, ends: Array, chances: Array, baselines: Array | None = None
+    labels: Sequence[str],
+    values: Array,
+    ends: Array,
+    chances: Array,
+    baselines: Array | None = None,
+    *,
+    quantity: str,
+    mean: str,
+    runs: Sequence[Array] = (),
 ) -> mpl.Figure:
     """Draw one row per label: percent of ceiling, its interval `ends` (n, 2), and upright lines: chance, baseline.
 
-    The axis begins at the ten percent below the least of them.
+    `quantity` names the axis and `mean` the values; `runs` are those behind each. The axis begins at the ten percent
+    below the least of all.
     """
-    names = [textwrap.fill(label, _LEGEND_LETTERS) for label in labels]
+    names = [textwrap.fill(label, _LEGEND_LETTERS, break_on_hyphens=False) for label in labels]
     lines = sum(1 + name.count("\n") for name in names)
     with canvas(height_mm=21 + 5.4 * lines) as (figure, grid):
         axes: Axes = grid[0, 0]
         rows = np.arange(len(names))
         seen = np.column_stack([values, ends, chances, *([] if baselines is None else [baselines])])
-        least = max(0.0, 10.0 * math.floor(float(np.nanmin(seen)) / 10.0 - 0.1))
+        single = np.concatenate([*runs, seen.ravel()])
+        least = max(0.0, 10.0 * math.floor(float(np.nanmin(single)) / 10.0 - 0.1))
         axes.hlines(rows, least, 100, color=RULE, lw=0.7, zorder=0)
         axes.hlines(rows, *ends.T, color=SERIES[0], lw=1.7, zorder=2)
-        axes.plot(values, rows, "o", color=SERIES[0], ms=4.5, zorder=3, label="with this setting")
+        for row, own in zip(rows, runs, strict=False):
+            axes.plot(own, np.full(len(own), row), "o", color=SERIES[0], mfc="none", mew=0.6, ms=3.2, zorder=4,
+                      label="" if row else "each run")  # fmt: skip
+        axes.plot(values, rows, "o", color=SERIES[0], ms=4.5, zorder=3, label=mean)
         if baselines is not None:
             label = "as built, over the same epochs"
             axes.plot(baselines, rows, "|", color=SERIES[1], ms=10, mew=1.6, zorder=2, label=label)
@@ -208,9 +223,9 @@ def draw_dots(
         axes.tick_params(axis="y", length=0, labelcolor=INK)
         axes.spines["left"].set_visible(False)
         axes.set_ylim(len(names) - 0.4, -0.6)
-        axes.set_xlim(least, max(101.0, float(np.nanmax(seen)) + 1.0))
-        axes.set_xlabel("percent of ceiling, settled")
-        figure.legend(loc="outside upper left", ncols=3)
+        axes.set_xlim(least, max(101.0, float(np.nanmax(single)) + 1.0))
+        axes.set_xlabel(quantity)
+        figure.legend(loc="outside lower left", ncols=3)
         return figure
 
 

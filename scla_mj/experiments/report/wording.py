@@ -27,6 +27,17 @@ def band_text(counts: Iterable[int]) -> str:
     return ", ".join(text for text, own in kinds.items() if own)
 
 
+def averaged_text(spans: Iterable[tuple[int, int]]) -> str:
+    """Return which epochs means are over, from the first to the last of each: settled if none is the run's first."""
+    distinct = sorted(set(spans))
+    if len(distinct) > 2:
+        return "the last two thirds of the epochs"
+    kind = "" if distinct[0][0] == 1 else "settled "
+    return kind + " or ".join(
+        f"epoch {last}" if first == last else f"epochs {first} to {last}" for first, last in distinct
+    )
+
+
 def distinct(items: Iterable[Evidence]) -> list[Evidence]:
     """Return every experiment once, in the order of the first ones."""
     return list({item.experiment.name: item for item in items}.values())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +21,7 @@ from scla_mj.experiments.experiment import Experiment
 from scla_mj.experiments.report.charts import Level, Line, draw_curves, draw_dots
 from scla_mj.experiments.report.evidence import Array, Evidence
 from scla_mj.experiments.report.study import gather
-from scla_mj.experiments.report.wording import setting
+from scla_mj.experiments.report.wording import averaged_text, band_text, setting
 from scla_mj.experiments.sweeps.plan import text, varied
 from scla_mj.runs import drawing
 from scla_mj.runs.atomic import replacing
@@ -33,7 +34,8 @@ _LEAST_POINTS: Final = 3
 _WIDE: Final = 50.0
 """Values that lie so many times apart are shown on a logarithmic axis."""
 _TITLE_LETTERS: Final = 100
-_QUANTITY: Final = "percent of ceiling, settled"
+_LINE_INCHES: Final = 0.11
+"""Of a title."""
 
 
 def write_table(out: Path, experiments: Sequence[Experiment]) -> Path:
@@ -50,10 +52,18 @@ def write_table(out: Path, experiments: Sequence[Experiment]) -> Path:
     with replacing(out / SWEEP_PARQUET) as scratch:
         pq.write_table(table(items), scratch, compression="zstd")
     figure = chart(items)
-    caption = textwrap.fill(setting(*items), _TITLE_LETTERS)
-    figure.axes[0].set_title(caption, loc="left", fontsize=6.5, fontweight="normal")
+    title = _title(items)
+    figure.suptitle(title, x=0.006, ha="left", fontsize=6.5, color=drawing.INK)
+    figure.set_figheight(figure.get_figheight() + _LINE_INCHES * (1 + title.count("\n")))
     drawing.save(figure, out / SWEEP_PNG)
     return out / SWEEP_PARQUET
+
+
+def _title(items: Sequence[Evidence]) -> str:
+    """Return what all runs share, broken into lines at its commas and full stops."""
+    brains = {item.experiment.config.brain for item in items}
+    said = f"Brain {brains.pop()}. {setting(*items)}" if len(brains) == 1 else setting(*items)
+    return textwrap.fill(re.sub(r"(?<![,;.]) ", "\N{NO-BREAK SPACE}", said), _TITLE_LETTERS, break_on_hyphens=False)
 
 
 def table(items: Sequence[Evidence]) -> pa.Table:
@@ -133,20 +143,39 @@ def chart(items: Sequence[Evidence]) -> mpl.Figure:
             curves.setdefault(others, []).append((float(x), item))
         if len(curves) <= _MOST_LINES:
             return _over_numbers(over, {name: sorted(own, key=lambda each: each[0]) for name, own in curves.items()})
-    estimates = np.array([statistics.estimate(item.settled.percent) for item in items])
-    return draw_dots(labels, estimates[:, 0], estimates[:, 1:], np.array([_chance(item) for item in items]))
+    bands = np.array([statistics.band(item.settled.percent) for item in items])
+    chances, band = np.array([_chance(item) for item in items]), _band(items)
+    return draw_dots(
+        labels,
+        bands[:, 0],
+        bands[:, 1:],
+        chances,
+        quantity=_quantity(items),
+        mean=f"mean; bar: {band}" if band else "each run",
+        runs=[item.settled.percent for item in items] if band else (),
+    )
+
+
+def _quantity(items: Sequence[Evidence]) -> str:
+    return f"percent of ceiling, {averaged_text(item.settled_within(item.epochs) for item in items)}"
+
+
+def _band(items: Sequence[Evidence]) -> str:
+    return band_text(len(item.runs) for item in items)
 
 
 def _over_numbers(over: str, curves: dict[str, list[tuple[float, Evidence]]]) -> mpl.Figure:
     lines = []
     for index, (label, points) in enumerate(curves.items()):
-        estimates = np.array([statistics.estimate(item.settled.percent) for _, item in points])
-        lines.append(Line(label, index, np.array([x for x, _ in points]), statistics.Curve(*estimates.T)))
+        bands = np.array([statistics.band(item.settled.percent) for _, item in points])
+        lines.append(Line(label, index, np.array([x for x, _ in points]), statistics.Curve(*bands.T)))
     x = np.unique(np.concatenate([line.x for line in lines]))
     levels = [Level("ceiling", x, np.full(len(x), 100.0))]
     chances = {_chance(item) for points in curves.values() for _, item in points}
     levels += [Level("chance", x, np.full(len(x), value)) for value in chances if len(chances) == 1]
-    figure = draw_curves(lines, levels, y_label=_QUANTITY, x_label=over)
+    items = [item for points in curves.values() for _, item in points]
+    y_label = "\nband: ".join(filter(None, (_quantity(items), _band(items))))
+    figure = draw_curves(lines, levels, y_label=y_label, x_label=over)
     axes = figure.axes[0]
     axes.xaxis.set_major_locator(AutoLocator())
     axes.set_xlim(auto=True)
