@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -138,7 +139,8 @@ def _write(figure: Figure, path: Path, title: str, summary: Summary, key: str = 
 def entitle(figure: Figure, title: str, *below: str) -> None:
     """Put a title above all, and below it the lines of what it is of."""
     letters = int(figure.get_figwidth() * MM_PER_INCH / LETTER_MM)
-    lines = "\n".join(textwrap.fill(line, letters) for line in below if line)
+    whole = (re.sub(r"\((\d+), ", "(\\1,\N{NO-BREAK SPACE}", line) for line in below if line)  # a cell is one word
+    lines = "\n".join(textwrap.fill(line, letters) for line in whole)
     figure.suptitle(title, fontsize=8, weight="bold")
     figure.axes[0].set_title(lines, fontsize=6.5, weight="normal", loc="center", color=SOFT)
 
