@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes.util
 import importlib
 import os
@@ -17,6 +18,11 @@ from scla_mj.errors import SclaError
 from scla_mj.world.robot import one_line
 
 VARIABLE: Final = "MUJOCO_GL"
+_PLATFORM: Final = "PYOPENGL_PLATFORM"
+_REMEDY: Final = (
+    "on Debian and Ubuntu `apt install libegl1 libgl1-mesa-dri` brings EGL, and `apt install libosmesa6` OSMesa, which "
+    "needs no device"
+)
 _WITHOUT_DISPLAY: Final = {"egl": "EGL", "osmesa": "OSMesa"}
 """MuJoCo's modules, each with the system's library that it loads."""
 
@@ -32,15 +38,36 @@ def make_contexts(model: Any) -> tuple[Any, Any]:
     Raises:
         SclaError: nothing can draw here.
     """
-    reason = "neither a display nor EGL nor OSMesa is there"
+    reasons = []
     for name in _choices():
         try:
-            context = importlib.import_module(f"mujoco.{name}").GLContext(1, 1)
-            context.make_current()
-            return context, mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150.value)
+            with _trying(name):
+                context = importlib.import_module(f"mujoco.{name}").GLContext(1, 1)
+                context.make_current()
+                return context, mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150.value)
         except Exception as error:  # of any kind: libraries of OpenGL raise what they like
-            reason = f"{name}: {one_line(error)}"
-    raise SclaError(f"no picture can be drawn here ({reason}): install EGL (Debian and Ubuntu: apt install libegl1)")
+            reasons.append(f"{name}: {one_line(error)}")
+    reason = "; ".join(reasons) or "neither a display nor EGL nor OSMesa is there"
+    raise SclaError(f"no picture can be drawn here ({reason}): {_REMEDY}")
+
+
+@contextlib.contextmanager
+def _trying(name: str) -> Iterator[None]:
+    """Tell MuJoCo what draws, and forget what fails: it has chosen for the process, and no other could be loaded."""
+    modules, variables = set(sys.modules), {key: os.environ.get(key) for key in (VARIABLE, _PLATFORM)}
+    os.environ[VARIABLE] = name
+    try:
+        yield
+        del variables[_PLATFORM]
+    except Exception:
+        for own in [own for own in sys.modules if own.startswith(("OpenGL", "mujoco.")) and own not in modules]:
+            del sys.modules[own]
+        raise
+    finally:
+        for key, value in variables.items():
+            os.environ.pop(key, None)
+            if value is not None:
+                os.environ[key] = value
 
 
 def _choices() -> Iterator[str]:
