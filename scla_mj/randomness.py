@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import enum
-import numbers
 from typing import TYPE_CHECKING, Any, Final
 
-from scla_mj.errors import SclaError
-from scla_mj.validation import shown
+from scla_mj.validation import whole_number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,14 +30,13 @@ MOST_SEED: Final = 2**63 - 1
 """The largest that a recording's and a table's 64-bit integers hold."""
 
 
-def require_seed(seed: int) -> None:
-    """Refuse what is not a whole number from 0 to `MOST_SEED`.
+def require_seed(seed: int) -> int:
+    """Return a seed as Python's integer.
 
     Raises:
-        SclaError: it is not.
+        SclaError: it is not a whole number from 0 to `MOST_SEED`.
     """
-    if isinstance(seed, bool) or not isinstance(seed, numbers.Integral) or not 0 <= seed <= MOST_SEED:
-        raise SclaError(f"seed is {shown(seed)}: it must be a whole number, 0 to {MOST_SEED}")
+    return whole_number(seed, "seed", 0, MOST_SEED)
 
 
 def seed_sequence(seed: int, consumer: Consumer) -> np.random.SeedSequence:

@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import json
 import math
+import numbers
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Final, TypeVar, get_args, get_origin, get_type_hints
 
@@ -114,6 +115,17 @@ def hint_at(kind: Any, path: tuple[str | int, ...]) -> Any:
 
 def _bare(hint: Any) -> Any:
     return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+
+
+def whole_number(value: Any, name: str, least: int, most: int) -> int:
+    """Return a whole number, which may be numpy's, as Python's.
+
+    Raises:
+        SclaError: it is none, or is not `least` to `most`; the sentence calls it `name`.
+    """
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or not least <= int(value) <= most:
+        raise SclaError(f"{name} is {shown(value)}: it must be a whole number, {least} to {most}")
+    return int(value)
 
 
 def shown(value: Any) -> str:

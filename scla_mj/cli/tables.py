@@ -81,7 +81,7 @@ def sweep_table(file: Path) -> Table:
         rows = sorted(rows, key=lambda row: -row["percent_of_ceiling"])[:_MOST_ROWS]
         table.title = f"the best {_MOST_ROWS} of {found.num_rows} configurations"
     for name in (*varied, "seeds", "hits per 1000", "% of ceiling"):
-        table.add_column(name, justify="left" if name in varied else "right")
+        table.add_column(name, justify="left" if name in varied else "right", no_wrap=name not in varied)
     for row in rows:
         last = [epochs[-1] for epochs in row["hits_per_1000_by_seed_and_epoch"]]
         mean, low, high = (row[f"percent_of_ceiling{end}"] for end in ("", "_low", "_high"))

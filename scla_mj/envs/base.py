@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scla_mj.envs.episodes import Episodes
 from scla_mj.errors import SclaError
 from scla_mj.loop.task import Task
-from scla_mj.randomness import MOST_SEED
+from scla_mj.randomness import MOST_SEED, require_seed
 from scla_mj.world import names
 
 CAMERAS: Final = (names.ANGLED_CAMERA, names.TOP_CAMERA)
@@ -56,6 +56,7 @@ class TaskEnv(gym.Env[Any, Any]):
         Raises:
             SclaError: `seed` is not one that a run can have.
         """
+        seed = None if seed is None else require_seed(seed)
         super().reset(seed=seed)
         if seed is None and not self._is_seeded:
             seed = int(self.np_random.integers(MOST_SEED))

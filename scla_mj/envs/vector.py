@@ -10,15 +10,15 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from scla_mj.config import RunConfig
+from scla_mj.config import MOST_COUNT, RunConfig
 from scla_mj.envs.episodes import MOVES
 from scla_mj.envs.grid_move import Observed, observe, space_of
 from scla_mj.envs.options import checked_options
 from scla_mj.errors import SclaError
 from scla_mj.grid import ACTIONS
 from scla_mj.loop.fleet import Fleet
-from scla_mj.randomness import MOST_SEED
-from scla_mj.validation import shown
+from scla_mj.randomness import MOST_SEED, require_seed
+from scla_mj.validation import shown, whole_number
 
 
 class GridMoveVectorEnv(VectorEnv[Any, Any, Any]):
@@ -56,9 +56,10 @@ class GridMoveVectorEnv(VectorEnv[Any, Any, Any]):
     ) -> None:
         checked = checked_options(config, options)
         self.fleet = Fleet(checked, num_envs, threads=threads, body=self.has_body)
-        self.num_envs = num_envs
+        self.num_envs = num_envs = len(self.fleet.cells)
         self._observation, self._cells = observation, checked.config.grid.cells
-        self._most_steps = np.inf if max_episode_steps in (None, -1) else max_episode_steps
+        never = max_episode_steps is None or max_episode_steps == -1
+        self._most_steps = np.inf if never else whole_number(max_episode_steps, "max_episode_steps", 1, MOST_COUNT)
         self.single_observation_space = space_of(observation, self._cells)
         self.single_action_space = Discrete(len(ACTIONS))
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -74,8 +75,12 @@ class GridMoveVectorEnv(VectorEnv[Any, Any, Any]):
         Raises:
             SclaError: there is not one seed for each robot, or one is not a seed that a run can have.
         """
-        super().reset(seed=seed if isinstance(seed, int) else None)
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed or [None] * self.num_envs
+        seeds: list[int | None] = [None] * self.num_envs
+        if seed is not None:
+            given: Any = seed
+            if not isinstance(seed, list) and np.ndim(seed) == 0:
+                given = range(require_seed(seed), require_seed(seed) + self.num_envs)
+            seeds = [None if one is None else require_seed(one) for one in given]
         if len(seeds) != self.num_envs:
             raise SclaError(f"there are {len(seeds)} seeds: {self.num_envs} robots need as many")
         for robot, one in enumerate(seeds):

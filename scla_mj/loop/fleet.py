@@ -24,6 +24,7 @@ from scla_mj.loop.task import HELPLESS_MOVES, QUARTER_TURN_RAD
 from scla_mj.loop.twin import move_periods
 from scla_mj.randomness import Consumer, generator, require_seed
 from scla_mj.signals import TRAJECTORY_COLUMNS
+from scla_mj.validation import whole_number
 from scla_mj.world.robot import robot_of
 from scla_mj.world.world import World
 
@@ -70,9 +71,8 @@ class Fleet:
     ) -> None:
         require_undisturbed(checked, "a fleet of robots")
         threads = _cores() if threads is None else threads
-        for name, value in (("the number of robots", number), ("threads", threads)):
-            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_ROBOTS:
-                raise SclaError(f"{name} is {value!r}: it must be a whole number, 1 to {MOST_ROBOTS}")
+        number = whole_number(number, "the number of robots", 1, MOST_ROBOTS)
+        threads = whole_number(threads, "threads", 1, MOST_ROBOTS)
         self._period_s = np.float64(checked.clock.control_period_s)
         self._checked, task, per_epoch = checked, checked.config.task, checked.config.decisions
         self._targets = np.array([grid.targets for grid in checked.grids])

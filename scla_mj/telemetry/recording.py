@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -222,13 +222,11 @@ def _open(path: Path, stream: rr.RecordingStream, blueprint: Any) -> None:
 
 
 def _check_room(path: Path) -> None:
-    scratch = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        scratch.write_bytes(bytes(_ROOM_BYTES))
+        with tempfile.TemporaryFile(dir=path.parent) as scratch:  # without a name: a kill leaves nothing
+            scratch.write(bytes(_ROOM_BYTES))
     except OSError as error:
         raise _cannot_write(path, error.strerror or error) from error
-    finally:
-        scratch.unlink(missing_ok=True)
 
 
 def _cannot_write(path: Path, reason: object) -> SclaError:

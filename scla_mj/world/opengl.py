@@ -41,10 +41,13 @@ def make_contexts(model: Any) -> tuple[Any, Any]:
     reasons = []
     for name in _choices():
         try:
-            with _trying(name):
+            with _trying(name), contextlib.ExitStack() as undo:
                 context = importlib.import_module(f"mujoco.{name}").GLContext(1, 1)
+                undo.callback(context.free)
                 context.make_current()
-                return context, mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150.value)
+                drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150.value)
+                undo.pop_all()
+                return context, drawing
         except Exception as error:  # of any kind: libraries of OpenGL raise what they like
             reasons.append(f"{name}: {one_line(error)}")
     reason = "; ".join(reasons) or "neither a display nor EGL nor OSMesa is there"

@@ -9,9 +9,9 @@ from rich.console import Console
 from scla_mj.cli.tables import sweep_table
 
 
-def printed(folder, rows):
+def printed(folder, rows, width=100):
     pq.write_table(pa.Table.from_pylist(rows), folder / "sweep.parquet")
-    console = Console(width=100, file=io.StringIO())
+    console = Console(width=width, file=io.StringIO())
     console.print(sweep_table(folder / "sweep.parquet"))
     lines = console.file.getvalue().splitlines()
     return lines, [[word.strip() for word in line.strip("│").split("│")] for line in lines if line.startswith("│")]
@@ -34,3 +34,10 @@ def test_of_many_configurations_the_best_are_shown_and_the_title_says_so(tmp_pat
     lines, rows = printed(tmp_path, [row(float(n), **{"task.action-noise": n}) for n in range(30)])
     assert "the best 24 of 30 configurations" in lines[0]
     assert [int(one[0]) for one in rows] == list(range(29, 5, -1))
+
+
+def test_numbers_stay_on_one_line_and_settings_give_way(tmp_path):
+    names = {"brain_settings.exploration_of_the_first_epoch": 0.125, "network.projections": "SUtoML SUtoMR SUtoMD"}
+    given = [names | {"protocol": "sensed-start"}, dict.fromkeys(names, None)]
+    _, rows = printed(tmp_path, [row(100.0, 99.5, 100.5, **one) for one in given], width=80)
+    assert [one[-3:] for one in rows if one[-1]] == [["2", "50.5", "100.0 (99.5 to 100.5)"]] * 2

@@ -73,6 +73,9 @@ def test_the_twin_goes_where_the_robot_goes():
         ({"localisation": "sensors"}, "a fleet of robots can neither"),
         ({"num_envs": 0}, "the number of robots is 0: it must be a whole number, 1 to"),
         ({"threads": 0}, "threads is 0"),
+        ({"max_episode_steps": 0}, "max_episode_steps is 0: it must be a whole number, 1 to"),
+        ({"max_episode_steps": -2}, "max_episode_steps is -2"),
+        ({"max_episode_steps": "many"}, "max_episode_steps is 'many'"),
         ({"config": RunConfig(task=TaskConfig(jump_epoch=11))}, "the run ends after epoch 10"),
     ],
 )
@@ -81,10 +84,29 @@ def test_what_a_fleet_cannot_be_is_refused(options, sentence):
         GridMoveVectorEnv(**options)
 
 
+def test_numpys_integers_are_integers():
+    ours, numpys = (
+        GridTwinVectorEnv(2, max_episode_steps=4),
+        GridTwinVectorEnv(np.int64(2), max_episode_steps=np.int8(4)),
+    )
+    for seed in (3, [5, 6]):
+        assert data_equivalence(ours.reset(seed=seed), numpys.reset(seed=np.array(seed)[()]))
+        assert data_equivalence(ours.step([0, 1]), numpys.step([0, 1]))
+    single = gym.make("scla_mj.envs:scla_mj/GridTwin-v0")
+    assert data_equivalence(single.reset(seed=3), single.reset(seed=np.int64(3)))
+
+
 def test_actions_and_seeds_that_do_not_fit_are_refused():
     env = GridTwinVectorEnv(3)
     with pytest.raises(SclaError, match="there are 2 seeds: 3 robots need as many"):
         env.reset(seed=[1, 2])
+    single = gym.make("scla_mj.envs:scla_mj/GridTwin-v0")
+    for seed in (-1, True, 2.0, "seven"):
+        for wrong in (seed, [0, 1, seed]):
+            with pytest.raises(SclaError, match=f"seed is {seed!r}: it must be a whole number, 0 to"):
+                env.reset(seed=wrong)
+        with pytest.raises(SclaError, match=f"seed is {seed!r}: it must be a whole number, 0 to"):
+            single.reset(seed=seed)
     env.reset(seed=0)
     for actions in ([0, 1], [0, 1, 4], [0, 1, -1], [0.0, 1.0, 2.0]):
         with pytest.raises(SclaError, match="they must be 3 numbers, 0 to 3"):

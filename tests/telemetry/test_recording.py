@@ -251,6 +251,12 @@ def test_a_recorder_refuses_to_overwrite_and_names_a_place_that_cannot_be_writte
         open_recorder(tmp_path / "nowhere" / "r.rrd")
 
 
+def test_looking_for_room_leaves_nothing_even_if_it_is_killed(tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "unlink", lambda *_, **__: None)  # as if it never came to that
+    open_recorder(tmp_path / "r.rrd").close()
+    assert [file.name for file in tmp_path.iterdir()] == ["r.rrd"]
+
+
 def test_a_target_that_jumps_is_drawn_in_its_new_cell_and_ends_the_epoch_once(tmp_path):
     run = list(records(epochs=2, decisions=20, spikes=10, thinking_spikes=5))
     config = RunConfig(task=TaskConfig(jump_epoch=2, jump_target=(1, 5)))

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import types
 
 import pytest
 
@@ -44,3 +45,24 @@ def test_what_fails_leaves_no_choice_behind_for_what_is_tried_next(monkeypatch):
     assert tried == [("mujoco.egl", "egl", None), ("mujoco.osmesa", "osmesa", None)]
     assert os.environ[opengl.VARIABLE] == "nosuch" and "PYOPENGL_PLATFORM" not in os.environ
     assert not [name for name in sys.modules if name.startswith("OpenGL.of_")]
+
+
+def test_a_context_in_which_mujoco_cannot_draw_is_given_back(monkeypatch):
+    made = []
+
+    class Context:
+        def __init__(self, width, height):
+            made.append(self)
+            self.is_free = False
+
+        def make_current(self):
+            pass
+
+        def free(self):
+            self.is_free = True
+
+    monkeypatch.setitem(sys.modules, "mujoco.egl", types.SimpleNamespace(GLContext=Context))
+    monkeypatch.setattr(opengl, "_choices", lambda: iter(["egl"]))
+    with pytest.raises(SclaError, match="no picture can be drawn here"):
+        opengl.make_contexts("no model")
+    assert [context.is_free for context in made] == [True]

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scla_mj.anatomy import INHIBITORY, MOTOR, NEURON_COUNT, PROJECTIONS, SENSORY
-from scla_mj.brain.network.kernel import NOT_FINITE
 from scla_mj.brain.network.network import Network, read_only
+from scla_mj.brain.network.neurons import NOT_FINITE
 from scla_mj.brain.network.parameters import FAST_SPIKING, REGULAR_SPIKING, V_LIMIT_MV
 from scla_mj.config import NetworkConfig, PlasticityConfig
 from scla_mj.errors import SclaError

@@ -27,12 +27,17 @@ from scla_mj.brain.network.general_synapses import (
     settle,
     state_of,
 )
-from scla_mj.brain.network.neurons import constants_of, gather_current, is_finite, list_spikes, next_state
+from scla_mj.brain.network.neurons import (
+    NOT_FINITE,
+    constants_of,
+    gather_current,
+    is_finite,
+    list_spikes,
+    next_state,
+)
 from scla_mj.brain.network.rows import fill
 from scla_mj.compiled import cached_njit, leaf_njit
 
-NOT_FINITE: Final = -1
-"""What `run` returns instead of a number of spikes if a membrane potential is no longer finite."""
 IZHIKEVICH: Final = 0
 LIF: Final = 1
 V: Final = 0

@@ -14,10 +14,10 @@ of a call are divided into stretches.
 """
 
 # No `from __future__ import annotations`: numba reads nothing from annotations, readers do.
-from typing import Any, Final
+from typing import Any
 
 from scla_mj.brain.network import neurons, rows, synapses
-from scla_mj.brain.network.neurons import integrate, is_finite, list_spikes
+from scla_mj.brain.network.neurons import NOT_FINITE, integrate, is_finite, list_spikes
 from scla_mj.brain.network.synapses import (
     CONNECTIONS,
     OUT_OF_SENSOR,
@@ -30,9 +30,6 @@ from scla_mj.brain.network.synapses import (
     settle,
 )
 from scla_mj.compiled import cached_njit, leaf_njit
-
-NOT_FINITE: Final = -1
-"""What `run` returns instead of a number of spikes if a membrane potential is no longer finite."""
 
 
 @leaf_njit(inline="always")

@@ -11,6 +11,8 @@ from scla_mj.compiled import leaf_njit
 
 _TILE: Final = 1024
 """Neurons per tile: at 29 bytes each they fit into the L1 cache (32 kB); a multiple of any vector length."""
+NOT_FINITE: Final = -1
+"""What `run` of a network returns instead of a number of spikes if a membrane potential is no longer finite."""
 
 
 @leaf_njit(inline="always")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scla_mj.brain.network.inputs import MOST_DOPAMINE, MOST_STEPS, count, current, fill
-from scla_mj.brain.network.kernel import NOT_FINITE
+from scla_mj.brain.network.neurons import NOT_FINITE
 from scla_mj.brain.network.parameters import STRETCH_STEPS
 from scla_mj.errors import SclaError
 from scla_mj.signals import Activity
