@@ -62,7 +62,7 @@ class GridConfig(Section):
     """Text file with a map in place of the first three: closed cells, targets that move, starts, grip
     (docs/floor.md)."""
     floor_text: Annotated[str, tyro.conf.Suppress] = ""
-    """The content of that file, which a run keeps."""
+    """The content of that file, which a run keeps, after a line with its name."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,8 @@ _MEANINGS: Final = {".": "open", "#": "closed", "T": "target", "S": "start"}
 _LEGEND: Final = re.compile(r"(\S)\s*=\s*(.*)")
 _WORD: Final = re.compile(r"(open)|(closed)|(start)|target(?: from ([1-9]\d{0,8}))?|grip (\d+(?:\.\d+)?)")
 _COMMENT: Final = ";"
+_READ_FROM: Final = f"{_COMMENT} read from "
+"""Begins the line that tells a text read from a file from one of the user's own: the file's name follows."""
 _ITS_OWN: Final = ("cells", "target", "closed_cells")
 """Settings that the map has in place of the command line."""
 
@@ -43,21 +45,34 @@ def with_floor(grid: GridConfig) -> GridConfig:
     Raises:
         SclaError: the file cannot be read, is no map, or says other than settings beside it.
     """
+    grid = _without_anothers(grid)
     if grid.floor and not grid.floor_text:
         grid = dataclasses.replace(grid, floor_text=_read(grid.floor))
     if not (grid.floor or grid.floor_text):
         return grid
-    floor = floor_of(grid)
-    found: dict[str, Any] = {
-        "cells": floor.cells,
-        "target": tuple(floor.targets[1][0]),
-        "closed_cells": tuple((x, y) for x, y in floor.closed),
-    }
+    found = _own_settings(grid)
     for name in _ITS_OWN:
         if getattr(grid, name) not in (getattr(GridConfig, name), found[name]):
             option = f"--{name.replace('_', '-')}"
             raise SclaError(f"{option} is {shown(getattr(grid, name))}, but --floor has its own: leave {option} out")
     return dataclasses.replace(grid, **found)
+
+
+def _own_settings(grid: GridConfig) -> dict[str, Any]:
+    """Return what the map of these settings has in place of the command line."""
+    floor = floor_of(grid)
+    closed = tuple((x, y) for x, y in floor.closed)
+    return dict(zip(_ITS_OWN, (floor.cells, tuple(floor.targets[1][0]), closed), strict=True))
+
+
+def _without_anothers(grid: GridConfig) -> GridConfig:
+    """Return the settings without the map of another file than they name, as `dataclasses.replace` leaves it there."""
+    is_its = grid.floor_text.startswith(_header(grid.floor))
+    is_users = not grid.floor and not grid.floor_text.startswith(_READ_FROM)
+    if is_its or is_users or not grid.floor_text:
+        return grid
+    kept = {name: value for name, value in _own_settings(grid).items() if getattr(grid, name) == value}
+    return dataclasses.replace(grid, **{name: getattr(GridConfig, name) for name in (*kept, "floor_text")})
 
 
 def with_files(config: RunConfig) -> RunConfig:
@@ -69,7 +84,9 @@ def with_files(config: RunConfig) -> RunConfig:
     config = dataclasses.replace(config, grid=with_floor(config.grid))
     path = checked_path(config.robot, "--robot")
     file = shipped_file(config.robot, ".xml")
-    if config.robot_sha256 or file.parent == assets_folder():
+    if file.parent == assets_folder():
+        return dataclasses.replace(config, robot_sha256="")
+    if config.robot_sha256:
         return config
     try:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
@@ -171,6 +188,10 @@ def _put_together(where: str, cells: tuple[int, int], meanings: dict[str, str], 
     return Floor(cells, by_epoch, tuple(sorted(closed)), frozenset(starts), grip)
 
 
+def _header(floor: str) -> str:
+    return f"{_READ_FROM}{floor}\n"
+
+
 def _read(floor: str) -> str:
     checked_path(floor, "--floor")
     path = shipped_file(floor, ".txt")
@@ -183,4 +204,5 @@ def _read(floor: str) -> str:
         raise SclaError(
             f"--floor {path} is too long for a map: name a text file of at most {_MOST_CHARACTERS} characters"
         )
-    return text
+    header = _header(floor)
+    return text if text.startswith(header) else header + text

@@ -117,6 +117,20 @@ def test_a_run_keeps_its_map_and_only_resuming_minds_a_changed_file(floor, tmp_p
     refuse_changed_floor(stored.grid)
 
 
+def test_a_stored_configuration_with_another_floor_or_robot_has_no_part_of_the_old(floor):
+    config = check(floor(ICE)).config
+    config = check(dataclasses.replace(config, robot="mouse", robot_sha256="0" * 64)).config
+    assert config.robot_sha256 == ""
+    for other in ("maze", ""):
+        found = check(dataclasses.replace(config, grid=dataclasses.replace(config.grid, floor=other)))
+        assert found.config.grid == check(RunConfig(grid=GridConfig(floor=other))).config.grid
+        assert check(found.config).grids == check(RunConfig(grid=GridConfig(floor=other))).grids
+    with pytest.raises(SclaError, match="--target is 2 1, but --floor has its own"):
+        check(dataclasses.replace(config, grid=dataclasses.replace(config.grid, floor="maze", target=(2, 1))))
+    own = GridConfig(floor_text="; mine\n..T")
+    assert check(RunConfig(grid=own)).grid().cells == (3, 1)
+
+
 def test_a_robot_reaches_either_target_and_drives_over_ice_to_where_it_should(floor):
     task = build_task(floor("~ ~ ~ ~ ~\n~ ~ ~ ~ ~\nT . . . T\n~ = grip 0.3"))
     for action, target in ((Action.LEFT, Cell(1, 1)), (Action.RIGHT, Cell(5, 1))):

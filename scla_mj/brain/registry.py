@@ -177,16 +177,12 @@ def require_own(brain: type[Brain], config: RunConfig, names: Iterable[str]) -> 
     Raises:
         SclaError: the sentence says which brains of ours have it, and what this one has.
     """
-    own = _own_names(brain)
+    own = own_names(brain)
     for name in map(option_of, names):
         if name not in own:
-            others = ", ".join(other for other, kind in BRAINS.items() if name in _own_names(kind))
+            others = ", ".join(other for other, kind in BRAINS.items() if name in own_names(kind))
             shared = [option for option in flatten(config) if option.rpartition(".")[2] == name]
-            meant = [
-                option
-                for option in shared
-                if not option.startswith(_OF_BRAINS) or option.startswith(tuple(brain.reads))
-            ]
+            meant = [option for option in shared if is_read(brain, option)]
             meant += [] if others else [f"brain.{near}" for near in difflib.get_close_matches(name, own, n=1)]
             has = f"its own are {', '.join(own)}" if own else "it has none of its own"
             raise SclaError(
@@ -195,7 +191,13 @@ def require_own(brain: type[Brain], config: RunConfig, names: Iterable[str]) -> 
             )
 
 
-def _own_names(brain: type[Brain]) -> list[str]:
+def is_read(brain: type[Brain], option: str) -> bool:
+    """Return whether a brain reads an option, such as "automaton.reward-rate", if brains read it at all."""
+    return not option.startswith(_OF_BRAINS) or option.replace(".no-", ".").startswith(tuple(brain.reads))
+
+
+def own_names(brain: type[Brain]) -> list[str]:
+    """Return the names of a brain's own settings, as options have them."""
     kind: Any = brain.Settings
     return [option_of(field.name) for field in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else []
 
@@ -203,9 +205,9 @@ def _own_names(brain: type[Brain]) -> list[str]:
 def _refuse_unread(brain: type[Brain], config: RunConfig) -> None:
     if isinstance(brain.reads, str):
         raise SclaError(f"--brain {config.brain}: its reads must be a tuple, such as ({brain.reads!r},)")
-    reads, values, defaults = brain.reads, flatten(config), flatten(RunConfig())
+    values, defaults = flatten(config), flatten(RunConfig())
     for option, value in values.items():
-        if option.startswith(_OF_BRAINS) and value != defaults[option] and not option.startswith(tuple(reads)):
+        if value != defaults[option] and not is_read(brain, option):
             other = " or choose --brain scla-printed" if issubclass(brain, SclaBrain) else ""
             said = f"--{option} is {shown(value)}, which --brain {config.brain} does not read"
             raise SclaError(f"{said}: leave it out{other}")

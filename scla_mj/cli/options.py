@@ -40,7 +40,8 @@ def parse(commands: Mapping[str, Any], words: list[str], *, prog: str) -> Any:
     call: dict[str, Any] = {"prog": f"{prog} {first}", "default": default or tyro.MISSING_NONPROP}
     if any(word in HELP for word in itertools.takewhile(lambda word: word != "--", words)):
         return tyro.cli(command, args=HELP[:1], **call)
-    line = sort_words(syntax_of(command), words)
+    syntax = syntax_of(command)
+    line = sort_words(syntax._replace(remarks=getattr(default, "remarks", syntax.remarks)), words)
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import shlex
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -79,6 +79,17 @@ class Rollout:
             brain_settings=self.config.brain_settings | own,
         )
         return dataclasses.replace(self, config=config)
+
+    def remarks(self, options: Iterable[str]) -> dict[str, str]:
+        """Return these options and the brain's own, each with what speaks against it: the brain does not read it."""
+        from scla_mj.brain.registry import BRAINS, is_read, own_names
+
+        brain = BRAINS.get(self.config.brain)
+        if brain is None:
+            return dict.fromkeys(options, "")
+        unread = f", which --brain {self.config.brain} does not read"
+        every = (*options, *(f"{_OWN}{name}" for name in own_names(brain)))
+        return {option: "" if is_read(brain, option.removeprefix("--")) else unread for option in every}
 
     def run(self) -> int:
         """Run the rollout; return the exit code."""

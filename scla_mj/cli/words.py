@@ -12,7 +12,7 @@ import itertools
 import types
 import typing
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, NamedTuple, Union
 
@@ -61,6 +61,8 @@ class Syntax(NamedTuple):
     required: tuple[str, ...]
     optional: tuple[str, ...]
     repeats: bool = False
+    remarks: Callable[[Iterable[str]], Mapping[str, str]] = lambda options: dict.fromkeys(options, "")
+    """Returns these options, and others that there could be, each with what speaks against it."""
 
 
 class Line(NamedTuple):
@@ -179,7 +181,7 @@ def _read_option(syntax: Syntax, word: str, rest: deque[str]) -> tuple[str, list
     name, equals, value = word.partition("=")
     name = name.replace("_", "-")
     if name not in syntax.options:
-        raise SclaError(_unknown(name, syntax.options))
+        raise SclaError(_unknown(name, syntax.remarks(syntax.options)))
     option, values = syntax.options[name], [value] if equals else []
     if option.size == 0:
         if equals or (rest and rest[0].lower() in _TRUTHS):
@@ -194,13 +196,14 @@ def _read_option(syntax: Syntax, word: str, rest: deque[str]) -> tuple[str, list
     return name, [str(checked_path(value, name)) for value in values] if option.kind is Path else values
 
 
-def _unknown(name: str, options: Mapping[str, Option]) -> str:
+def _unknown(name: str, remarks: Mapping[str, str]) -> str:
     """Return the sentence for an option that there is not."""
-    known = [option.removeprefix("--") for option in options]
+    known = [option.removeprefix("--") for option in sorted(remarks, key=lambda option: remarks[option] != "")]
     last = name.rpartition(".")[2].strip("-")
     near = [option for option in known if last and option.rpartition(".")[2] == last]
     near += difflib.get_close_matches(name.strip("-"), known, n=1)
-    return f"{name} is not an option: " + (f"did you mean --{near[0]}?" if near else "see --help of the command")
+    meant = f"did you mean --{near[0]}{remarks[f'--{near[0]}']}?" if near else "see --help of the command"
+    return f"{name} is not an option: {meant}"
 
 
 def _is_right(option: Option, values: list[str]) -> bool:

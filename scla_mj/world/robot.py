@@ -107,7 +107,7 @@ def read(robot: Robot) -> mujoco.MjSpec:
     if digest != robot.sha256:
         raise SclaError(
             f"the robot's file {file} has changed since the run began: put back the one of SHA-256 {robot.sha256}, or "
-            "name it anew for a new run"
+            "name it anew for a new run (in Python with robot_sha256='')"
         )
     fault = next(_faults(spec, robot), None)
     if fault is not None:
