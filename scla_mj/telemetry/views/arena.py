@@ -20,6 +20,7 @@ from scla_mj.palette import BACKGROUND
 from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
+from scla_mj.telemetry.views.learned import is_pictured
 
 _TRAIL: Final = f"{names.WORLD}/trajectory"
 _TRAIL_S: Final = 12.0
@@ -130,8 +131,8 @@ class Arena(base.View):
         self.stream.send_columns(_TRAIL, base.at(moved, "end_s"), trail)
 
     def remember(self, snapshot: Snapshot, decision: int, *, last: bool = False) -> None:
-        """Tint the tiles by how good the brain finds the cells."""
-        if self._tinted and snapshot.values is not None:
+        """Tint the tiles by how good the brain finds the cells, densely while most is learnt."""
+        if self._tinted and snapshot.values is not None and (last or is_pictured(decision)):
             worth = np.clip(snapshot.values / max(float(snapshot.values.max()), 1e-9), 0.0, 1.0).reshape(-1, 1)
             plain, share = _tile_colours(self.run.grid), _WORTH_SHARE * worth
             tinted = (1.0 - share) * plain + share * np.array(_WORTH_COLOUR)

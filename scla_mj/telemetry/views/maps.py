@@ -13,6 +13,7 @@ from scla_mj.palette import BACKGROUND
 from scla_mj.signals import DecisionRecord, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
+from scla_mj.telemetry.views.learned import is_pictured
 
 _VALUE: Final = "maps/value"
 _VISITS: Final = "maps/visits"
@@ -73,7 +74,9 @@ class Maps(base.View):
         self._visits[x - 1, y - 1] += 1
 
     def remember(self, snapshot: Snapshot, decision: int, *, last: bool = False) -> None:
-        """Log the maps as they are now."""
+        """Log the maps as they are now, densely while most is learnt."""
+        if not (last or is_pictured(decision)):
+            return
         if self._has_values and snapshot.values is not None:
             self._log(_VALUE, snapshot.values, "{:.2f}")
         self._log(_VISITS, 100.0 * self._visits / max(1, int(self._visits.sum())), "{:.0f}")
