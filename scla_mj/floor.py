@@ -25,6 +25,7 @@ _WORD: Final = re.compile(r"(open)|(closed)|(start)|target(?: from ([1-9]\d{0,8}
 _COMMENT: Final = ";"
 _READ_FROM: Final = f"{_COMMENT} read from "
 """Begins the line that tells a text read from a file from one of the user's own: the file's name follows."""
+_DIGEST: Final = re.compile(r"([0-9a-f]{64})?")
 _ITS_OWN: Final = ("cells", "target", "closed_cells")
 """Settings that the map has in place of the command line."""
 
@@ -82,6 +83,10 @@ def with_files(config: RunConfig) -> RunConfig:
         SclaError: as `with_floor`; or the robot's file cannot be read.
     """
     config = dataclasses.replace(config, grid=with_floor(config.grid))
+    if not _DIGEST.fullmatch(config.robot_sha256):
+        raise SclaError(
+            f"--robot-sha256 is {shown(config.robot_sha256)}: it must be 64 hexadecimal digits, or empty for any file"
+        )
     path = checked_path(config.robot, "--robot")
     file = shipped_file(config.robot, ".xml")
     if file.parent == assets_folder():
