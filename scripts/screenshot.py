@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import os
 import shutil
 import signal
@@ -131,10 +132,15 @@ def open_viewer(recording: Path, size: tuple[int, int], theme: Theme = "dark") -
 
 
 def _prefer_light(data_home: Path) -> None:
-    """Store the theme where a viewer with a window finds its settings, which must be of its own version."""
-    settings = data_home / "rerun" / "app.ron"
-    settings.parent.mkdir()
-    settings.write_text(f'{{"rerun.version": "{rerun.__version__}", "egui": "(options:(theme_preference:Light))"}}')
+    """Store theme, and no notices, where a viewer with a window finds its settings; they must be of its version."""
+    settings = {
+        "rerun.version": rerun.__version__,
+        "egui": "(options:(theme_preference:Light))",
+        "app": "(app_options:(show_notification_toasts:false))",
+    }
+    file = data_home / "rerun" / "app.ron"
+    file.parent.mkdir()
+    file.write_text(json.dumps(settings))
 
 
 @contextlib.contextmanager

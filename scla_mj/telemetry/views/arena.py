@@ -32,7 +32,7 @@ _TILE_COLOURS: Final = ((196, 200, 206), (178, 184, 192))
 _WORTH_COLOUR: Final = (56, 176, 112)
 _MOST_NUMBERS: Final = 12
 """Columns or rows that still have room for a number each."""
-_NUMBERS_OUTSIDE: Final = 0.75
+_NUMBERS_OUTSIDE: Final = 1.0
 """How far outside of the outermost cells' centres the numbers stand, in cells."""
 _WORTH_SHARE: Final = 0.65
 """How far the best cell's tile is tinted."""
@@ -72,7 +72,7 @@ class Arena(base.View):
         grid = self.run.grid
         reach_m = max(grid.cells) * grid.cell_size_m
         eye = rrb.EyeControls3D(
-            position=(0.0, -0.72 * reach_m, 0.80 * reach_m), look_target=(0.0, -0.05 * reach_m, 0.0), eye_up=(0, 0, 1)
+            position=(0.0, -0.77 * reach_m, 0.86 * reach_m), look_target=(0.0, -0.05 * reach_m, 0.0), eye_up=(0, 0, 1)
         )
         panel = rrb.Spatial3DView(
             origin=f"/{names.WORLD}",
@@ -236,7 +236,7 @@ def _log_numbers(stream: rr.RecordingStream, grid: Grid) -> None:
     numbers = rr.Points3D(
         behind + left,
         labels=[f"x = {x}" if x == 1 else str(x) for x in range(1, columns + 1)]
-        + [f"y = {y}" if y == 1 else str(y) for y in range(1, rows + 1)],
+        + [f"y = {y}" if y == rows else str(y) for y in range(1, rows + 1)],
         colors=[base.LABEL_COLOUR],
         radii=[rr.Radius.ui_points(0.0)],
         show_labels=True,
