@@ -49,6 +49,9 @@ def on_either(colour: RGB) -> RGB:
 _BRIGHTEST: Final = 0.29
 """Luminance that still stands out from white at 3 : 1."""
 BACKGROUND: Final[RGB] = (16, 18, 24)
+TRAIL_S: Final = 12.0
+"""How much of the last moves is drawn on the floor."""
+TRAIL_HEIGHT_M: Final = 0.006
 HIT_COLOUR: Final[RGB] = (255, 209, 102)
 OUTCOME_COLOURS: Final[dict[Outcome, RGB]] = {
     Outcome.MOVED: (72, 202, 228),

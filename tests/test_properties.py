@@ -34,7 +34,7 @@ DECISIONS = 2
 LONGEST_S = 120.0
 """What two decisions may take at the very worst: both end by the longest timeout that is allowed."""
 MOST_KILOBYTES = 1_000_000
-"""That a run may add to the most that this process has ever held."""
+"""Memory by which a run may raise this process's peak."""
 
 
 came: collections.Counter[str] = collections.Counter()

@@ -71,7 +71,7 @@ class RolloutProgress:
 
 @contextlib.contextmanager
 def frames_bar() -> Iterator[Callable[[int, int], None]]:
-    """Show how many frames are drawn; yields what is told of them, and of all. The bar appears with the first one."""
+    """Show a bar from the first frame on; yields the function to call with the frames drawn and their total."""
     columns = (TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     progress = Progress(*columns, console=Console(stderr=True))
     bar = progress.add_task("frames")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scla_mj.engine.stored_run import StoredRun
 from scla_mj.errors import SclaError
 from scla_mj.grid import Grid
-from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB
+from scla_mj.palette import HIT_COLOUR, OUTCOME_COLOURS, RGB, TRAIL_HEIGHT_M, TRAIL_S
 from scla_mj.render.overlay import WINDOWS, Overlay
 from scla_mj.render.poses import Poses, stored_poses
 from scla_mj.render.video import require_encoder, write_frames
@@ -23,8 +23,6 @@ from scla_mj.world.arena import compose, place_targets
 from scla_mj.world.picture import Scene
 from scla_mj.world.robot import robot_of
 
-_TRAIL_S: Final = 12.0
-_TRAIL_HEIGHT_M: Final = 0.006
 _SHADOW_PIXELS: Final = 1024
 """MuJoCo's 4096 cost twice the time, and no one sees them in a video."""
 SHOWN_BY_DEFAULT: Final = 20
@@ -113,7 +111,7 @@ def make_film(
 def _with_history(run: StoredRun, decisions: range) -> range:
     """Return some decisions with those before that the trail and the raster of the first frame have to show."""
     times_s = run.decisions["time_s"].to_numpy()
-    trail = int(np.searchsorted(times_s, times_s[decisions.start - 1] - _TRAIL_S, side="right"))
+    trail = int(np.searchsorted(times_s, times_s[decisions.start - 1] - TRAIL_S, side="right"))
     return range(max(1, min(trail, decisions.start - WINDOWS)), decisions.stop)
 
 
@@ -161,9 +159,9 @@ class Frames:
 
     def _trail(self, time_s: float) -> Iterator[tuple[NDArray[np.float64], RGB]]:
         poses = self._poses
-        begin, made = np.searchsorted(poses.time_s, time_s - _TRAIL_S), poses.made(time_s)
+        begin, made = np.searchsorted(poses.time_s, time_s - TRAIL_S), poses.made(time_s)
         points = poses.qpos[begin:made, :3].copy()
-        points[:, 2] = _TRAIL_HEIGHT_M
+        points[:, 2] = TRAIL_HEIGHT_M
         for number in range(len(points) - 1):
             if not self._jumps[begin + number]:
                 yield points[number : number + 2], self._colours[int(poses.decision[begin + number]) - self._first]

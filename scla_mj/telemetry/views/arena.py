@@ -16,15 +16,13 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from scla_mj.grid import Cell, Grid
-from scla_mj.palette import BACKGROUND
+from scla_mj.palette import BACKGROUND, TRAIL_HEIGHT_M, TRAIL_S
 from scla_mj.signals import TRAJECTORY_COLUMNS, DecisionRecord, Snapshot
 from scla_mj.telemetry import names
 from scla_mj.telemetry.views import base
 from scla_mj.telemetry.views.learned import is_pictured
 
 _TRAIL: Final = f"{names.WORLD}/trajectory"
-_TRAIL_S: Final = 12.0
-_TRAIL_HEIGHT_M: Final = 0.006
 _TILE_THICKNESS_M: Final = 0.002
 _TILES: Final = f"{names.WORLD}/tiles"
 _NUMBERS: Final = f"{names.WORLD}/numbers"
@@ -76,11 +74,11 @@ class Arena(base.View):
         )
         panel = rrb.Spatial3DView(
             origin=f"/{names.WORLD}",
-            name=f"Arena: the last {_TRAIL_S:g} s"
+            name=f"Arena: the last {TRAIL_S:g} s"
             + ", action probabilities" * (self.run.memory.probabilities is not None)
             + ", worth of cells in green" * self._tinted,
             line_grid=False,
-            overrides={f"/{_TRAIL}": rrb.VisibleTimeRanges(base.last(_TRAIL_S))},
+            overrides={f"/{_TRAIL}": rrb.VisibleTimeRanges(base.last(TRAIL_S))},
             eye_controls=eye,
             background=list(BACKGROUND),
         )
@@ -124,7 +122,7 @@ class Arena(base.View):
             self.stream.send_columns(self._spin(wheel), index, turn)
         moved = rows[counts > 0]
         position_m = position_m.copy()
-        position_m[:, 2] = _TRAIL_HEIGHT_M
+        position_m[:, 2] = TRAIL_HEIGHT_M
         trail = rr.LineStrips3D.columns(
             strips=base.line_strips(position_m, counts[counts > 0]), colors=base.outcome_colours(moved)
         )
